@@ -3,6 +3,7 @@
 Cells of notebook pages (``{code-cell}``) run when the documentation is built.
 """
 
+import gc
 import os
 import re
 import shlex
@@ -33,6 +34,20 @@ def pytest_cmdline_main(config):
         option.numprocesses = 2
     if option.numprocesses:
         option.dist = "loadscope"  # a file's tests stay together and share its fixtures
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Collect without searches for unreachable objects, and leave the tests themselves out of later searches.
+
+    The tests are almost two million objects, and each full search among them would take a second.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def run_commands(example):

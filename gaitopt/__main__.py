@@ -2,19 +2,21 @@
 
 import os
 import signal
+import sys
 from types import FrameType
 
 from gaitopt.cli.collection import collect_rarely
 
 
 def main() -> None:
-    """Import the commands and run the one that the command line names."""
+    """Import and run the command that the command line names."""
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
         if former is signal.default_int_handler:
             signal.signal(signal.SIGINT, _exit_at_once)
         from gaitopt.cli import app
 
+        app.import_commands(sys.argv[1:])
         signal.signal(signal.SIGINT, former)
         app.main()
 

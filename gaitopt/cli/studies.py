@@ -13,6 +13,7 @@ from gaitopt.cli.options import (
     Figure,
     GaitFiles,
     Json,
+    Measures,
     PointStarts,
     Quiet,
     RobotScript,
@@ -95,6 +96,7 @@ def sweep(
     over: SweepAxes,
     output: StudyOutput,
     sequences: Sequences = None,
+    measures: Measures = None,
     setting: Setting = None,
     starts: PointStarts = 3,
     workers: Workers = None,
@@ -108,6 +110,7 @@ def sweep(
     The sweep may be interrupted: the same command resumes it.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
+    Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script
     from gaitopt.cli.study_output import print_sweep, sweep_facts
@@ -122,7 +125,8 @@ def sweep(
         table = sweep_problem(
             problem,
             axes,
-            sequences=[sequence for text in sequences or [] for sequence in split_sequences(text)] or None,
+            sequences=_read_sequences(sequences or []),
+            measures=[name.strip() for text in measures or [] for name in text.split(",")],
             starts=starts,
             execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
             path=output,
@@ -133,6 +137,13 @@ def sweep(
         print_sweep(table)
         report_file(output)
     _exit(bool(table.attrs["complete"]), bool((table.status == "solved").any()))
+
+
+def _read_sequences(texts: list[str]) -> list[str] | str | None:
+    """Return the contact sequences of the options of a command; ``any`` as it is, None without an option."""
+    if len(texts) == 1 and texts[0].strip().startswith("any"):
+        return texts[0]
+    return [sequence for text in texts for sequence in split_sequences(text)] or None
 
 
 def split_sequences(text: str) -> list[str]:

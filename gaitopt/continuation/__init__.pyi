@@ -14,7 +14,7 @@ from gaitopt.continuation.optimal.optimal_file import optimal_dataset as optimal
 from gaitopt.continuation.optimal.optimal_file import save_optima as save_optima
 from gaitopt.continuation.optimal.optimum_tracing import OptimumOptions as OptimumOptions
 from gaitopt.continuation.optimal.optimum_tracing import trace_optimum as trace_optimum
-from gaitopt.continuation.optimal.path_following import PathOptions as PathOptions
+from gaitopt.continuation.optimal.path_items import PathOptions as PathOptions
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions as ArclengthOptions
 from gaitopt.continuation.special_curve import SpecialCurve as SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind as SpecialKind

@@ -185,9 +185,12 @@ class _Plane:
         return next((reason for reason in reasons if reason != NOT_FOUND), NOT_FOUND)
 
     def _towards(self, last: _Located) -> Array:
-        """Return the direction in which the branch of the diagram passes the special point."""
-        branch = self.diagram.branches[self.branch]
-        return np.array([float(branch.values[-1] - branch.values[0]), 0.0])
+        """Return the direction in which the branch of the diagram passes the special point, or leads to its end."""
+        branch, special = self.diagram.branches[self.branch], last.special
+        first, final = (float(value) for value in branch.values[[0, -1]])
+        value = float(last.place[0] * self.scale[0])
+        begins = not special.multipliers_after.size and abs(value - first) < abs(value - final)
+        return np.array([first - final if begins else final - first, 0.0])
 
     def _search(
         self, family: AnyFamily, last: _Located, reach: float, length: float

@@ -16,6 +16,7 @@ from gaitopt.ocp.multistep.multistep_solver import solve_steps as solve_steps
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem
+from gaitopt.ocp.problem_definition import restore_problem as restore_problem
 from gaitopt.ocp.provenance import ScriptRecord as ScriptRecord
 from gaitopt.ocp.solution.passive_gait import passive_cycle as passive_cycle
 from gaitopt.ocp.solver import solve as solve

@@ -105,7 +105,9 @@ def solve(
     Returns
     -------
     Gait or PlanarGait
-        A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.
+        A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.  The file
+        of a failed solve contains the problem, which ``gaitopt solve FILE`` or
+        :func:`gaitopt.ocp.restore_problem` repeats.
 
     Raises
     ------
@@ -122,12 +124,29 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
-    if not isinstance(problem, GaitProblem):
+    if isinstance(problem, GaitProblem):
+        gait: Gait | PlanarGait = _solve_problem(problem, starts, solver, homotopy, observer)
+    else:
         from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
         from gaitopt.ocp.multicontact.planar_solver import solve_planar
 
         check_type("problem", problem, PlanarProblem, "a GaitProblem(...) or a PlanarProblem(...)")
-        return solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
+        gait = solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
+    if gait.status.ok:
+        return gait
+    from gaitopt.ocp.problem_definition import record_definition
+
+    return record_definition(gait, problem)
+
+
+def _solve_problem(
+    problem: GaitProblem,
+    starts: int | None,
+    solver: NlpSolver | None,
+    homotopy: "Homotopy | None",
+    observer: SolveObserver,
+) -> Gait:
+    """Find the gait of a robot with one foot on the ground, or conclude why there is none."""
     check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     if isinstance(solver, Newton | Ipopt):
@@ -159,10 +178,10 @@ def _is_new(problem: GaitProblem) -> bool:
 
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
     """Solve a problem from the optimal gait without its bound of the spectral radius."""
-    gait = solve(problem.replace(stability=None), starts=starts, solver=solver, observer=observer)
+    gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if not gait.status.ok:
         return gait
-    bounded = solve(problem.replace(guess=WarmStart(gait)), starts=starts, solver=solver, observer=observer)
+    bounded = _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)
     return report_radius_conflict(problem, bounded, gait) if bounded.status in RETRY else bounded
 
 

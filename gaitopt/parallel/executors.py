@@ -1,17 +1,16 @@
 """Executors of tasks: processes of this machine, or an executor that the user provides."""
 
 import os
-import tempfile
 from abc import ABC, abstractmethod
 from concurrent.futures import BrokenExecutor, Executor, Future
 from functools import partial
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import GaitoptError
 from gaitopt.interrupts import block_interrupts
 from gaitopt.parallel.dask_executor import DaskExecutor
+from gaitopt.parallel.payload_folder import PayloadFolder
 from gaitopt.parallel.shared_payload import Prepare, SharedPayload, Work, call_in_worker, call_with_payload, init_worker
 
 if TYPE_CHECKING:
@@ -65,9 +64,9 @@ class LocalProcesses(TaskExecutor):
 
         self._workers, self._work = workers, work
         payload = SharedPayload.pack(shared, prepare)
-        self._digest, self._folder = payload.digest, tempfile.TemporaryDirectory(prefix="gaitopt-")
+        self._digest, self._folder = payload.digest, PayloadFolder()
         # Workers read a file: one that died while it was sent much through a pipe would block this process for ever.
-        self._file = Path(self._folder.name) / "payload.pickle"
+        self._file = self._folder.path / "payload.pickle"
         self._parent, self._own_end = Pipe(duplex=False)  # closes when this process ends
         try:
             self._file.write_bytes(payload.content)
@@ -122,7 +121,7 @@ class LocalProcesses(TaskExecutor):
     def _remove_files(self) -> None:
         self._parent.close()
         self._own_end.close()
-        self._folder.cleanup()
+        self._folder.remove()
 
 
 class ExternalExecutor(TaskExecutor):

@@ -27,15 +27,17 @@ def show_invalid_math(figure: "Figure") -> None:
             words = text.get_text()
             if replace_controls(words) != words:
                 text.set_text(replace_controls(words))
-            if "$" in words and not _is_valid_math(words):
+            if "$" in words and not all(_is_valid_math(line) for line in words.splitlines()):
                 text.set_parse_math(False)
 
 
 def _is_valid_math(text: str) -> bool:
     from matplotlib.mathtext import MathTextParser
 
+    parser = MathTextParser("path")
     try:
-        MathTextParser("path").parse(text)
+        for line in text.split("\n"):  # Matplotlib draws each line separately, and has no glyph for their separator
+            parser.parse(line)
     except ValueError:
         return False
     return True

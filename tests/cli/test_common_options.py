@@ -47,6 +47,7 @@ def test_commands_and_python_verbs_have_the_same_names():
         "impact",
         "pareto",  # Pareto(...).trace
         "design",  # solve, and Family(...).solve
+        "audit",  # solve, verify, and the replay of gaitopt.study.audit
     }
     assert set(COMMANDS) - other <= set(gaitopt.__all__)
 

@@ -47,3 +47,12 @@ def test_vectors_are_projected_onto_the_null_space(monkeypatch, most, repeated):
     projected = solve(np.vstack([vectors, np.zeros((len(dense), 2))]))[:9]
     np.testing.assert_allclose(projected, vectors - np.linalg.pinv(dense) @ dense @ vectors, atol=1e-9)
     np.testing.assert_allclose(dense @ projected, 0, atol=1e-9)
+
+
+def test_a_vanishing_pivot_gives_no_output_and_a_finite_solution(capfd):
+    """Two equal rows with a regularisation below rounding: the last pivot is exactly zero."""
+    rows = SparseMatrix.read(ca.DM.ones(2, 4))
+    vector = np.array([1.0, 2.0, 3.0, 6.0])
+    solution = factorise(rows, 1e-17)(np.append(vector, [0.0, 0.0])[:, None])
+    np.testing.assert_allclose(solution[:4, 0], vector - vector.mean())
+    assert capfd.readouterr() == ("", "")

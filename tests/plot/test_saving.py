@@ -66,3 +66,8 @@ def test_a_failure_leaves_the_older_file(figure, tmp_path, monkeypatch):
         save_figure(figure, path)
     assert path.read_text() == "older"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_title_of_several_lines_gives_no_message(slip_gait, tmp_path, caplog):
+    save_figure(plot_gait(slip_gait), tmp_path / "gait.png")
+    assert caplog.messages == []

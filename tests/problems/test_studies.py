@@ -134,7 +134,7 @@ def test_every_study_is_tested_and_on_the_page():
             "reproduction.md",
             "frontiers.md",
             "slipping_contacts.md",
-            "howto/trade_offs.md",
+            "howto/design.md",
             "howto/multi_step.md",
         )
     ]

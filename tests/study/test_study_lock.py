@@ -152,3 +152,15 @@ def test_a_file_is_not_replaced_by_one_with_fewer_points(tmp_path):
     again = sweep(problem(), AXES, starts=1, path=path, execution=stop_at(1))
     assert again.identical(first)
     assert load_sweep(path).identical(first)
+
+
+def test_temporary_files_of_a_killed_writer_are_removed(tmp_path):
+    parts = tmp_path / "front.nc.parts"
+    parts.mkdir()
+    abandoned = [tmp_path / ".front-a1b2c3_4.nc", parts / ".point-0-a1b2c3d4.h5"]
+    others = [tmp_path / ".fronts-a1b2c3d4.nc", tmp_path / ".front-a.nc", parts / "point-0.h5", tmp_path / "front.nc"]
+    for file in (*abandoned, *others):
+        file.touch()
+    with lock_study(tmp_path / "front.nc"):
+        assert not any(file.exists() for file in abandoned)
+    assert all(file.exists() for file in others)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from gaitopt.continuation.optimal.cost_extremum import find_zero
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.optimal_branch import CostBorder
-from gaitopt.continuation.optimal.path_following import PathFollower, PathOptions, PathPoint
+from gaitopt.continuation.optimal.path_following import PathFollower
+from gaitopt.continuation.optimal.path_items import PathOptions, PathPoint
 
 LOCATED = 1e-12
 """Accuracy, relative to the range, of values at which two costs are equal; costs have rounding errors."""
@@ -38,7 +39,7 @@ def locate_borders(trails: Sequence[Trail], samples: Sequence[float]) -> tuple[C
 def _find_minimum(trail: Trail, value: float) -> KktLinearisation | None:
     """Return the minimum of lowest cost of a branch at a value, or None."""
     slack = 1e-12 * (trail[0].nlp.width if trail else 1.0)
-    points = [here for here in trail if abs(here.point.value - value) <= slack and here.factors.negative == 0]
+    points = [here for here in trail if abs(here.point.value - value) <= slack and here.negative == 0]
     return min(points, key=lambda here: here.cost, default=None)
 
 

@@ -16,7 +16,8 @@ from gaitopt.continuation.optimal.lowest_cost import locate_borders
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram, OptimalSpecial
 from gaitopt.continuation.optimal.optimum_replay import solve_result
 from gaitopt.continuation.optimal.parametric_nlp import find_number
-from gaitopt.continuation.optimal.path_following import PathFollower, PathOptions, PathPoint
+from gaitopt.continuation.optimal.path_following import PathFollower
+from gaitopt.continuation.optimal.path_items import PathOptions, PathPoint
 from gaitopt.continuation.optimal.sequence_neighbours import list_neighbours
 from gaitopt.errors import InputError
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -166,7 +167,7 @@ class OptimumTracer:
                     continue
                 known.add(sequence)
                 guess = FromMotion(solve_result(here).motion, label="the gait of the neighbouring sequence")
-                problem = here.nlp.problem_at(here.point.value).replace(sequence=sequence, guess=guess)
+                problem = here.problem.replace(sequence=sequence, guess=guess)
                 gait = solve(problem, starts=self.options.starts)
                 try:
                     branch = self._follow_gait(problem.without_guess(), gait)

@@ -115,7 +115,8 @@ def factorise(rows: SparseMatrix, regularisation: float, corrections: int = 0) -
         np.concatenate([np.ones(n), np.full(m, -regularisation), rows.values, rows.values]),
         (n + m, n + m),
     )
-    solve = _factorise_by_superlu(system) if rows.values.size > MANY_ENTRIES else _factorise_by_casadi(system)
+    large = rows.values.size > MANY_ENTRIES
+    solve = _factorise_by_superlu(system) if large else _factorise_by_casadi(system, regularisation)
 
     def solve_and_correct(right: Array) -> Array:
         solution = solve(right)
@@ -126,16 +127,18 @@ def factorise(rows: SparseMatrix, regularisation: float, corrections: int = 0) -
     return solve_and_correct
 
 
-def _factorise_by_casadi(system: SparseMatrix) -> Solve:
+def _factorise_by_casadi(system: SparseMatrix, regularisation: float) -> Solve:
     matrix = system.write()
     with defer_interrupt():
-        factors = ca.Linsol("kkt", "ldl", matrix.sparsity())
-        factors.sfact(matrix)
-        factors.nfact(matrix)
+        # ca.Linsol prints a warning to the terminal if a pivot vanishes by cancellation, which ca.ldl does not.
+        pivots, upper, order = ca.ldl(matrix)
+    # Without rounding errors no pivot is smaller than the regularisation.
+    diagonal = np.array(pivots).ravel()
+    factors = ca.DM(np.where(diagonal == 0.0, -regularisation, diagonal)), upper, order
 
     def solve(right: Array) -> Array:
         with defer_interrupt():
-            return np.array(factors.solve(matrix, ca.DM(right)))
+            return np.array(ca.ldl_solve(ca.DM(right), *factors))
 
     return solve
 

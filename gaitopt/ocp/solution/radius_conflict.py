@@ -12,7 +12,7 @@ from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.feasibility import SAFETY_FACTOR
+from gaitopt.ocp.solution.conflict_search import SAFETY_FACTOR
 
 
 def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait) -> Gait:

@@ -5,12 +5,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import DenseOutput
 
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.event_location import MAX_HALVINGS, find_dip, find_root
+from gaitopt.simulation.event_location import MAX_HALVINGS, DenseOutput, find_dip, find_root
 from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 
 ZERO = 1e-9

@@ -23,6 +23,9 @@ from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, explain_failure
 
+RANKING = "ranking.json"
+"""File of the ranking in the folder of a search."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RankedGait:

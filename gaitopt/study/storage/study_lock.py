@@ -1,6 +1,7 @@
 """Lock of a study: of two processes that compute the same file or folder, one is refused."""
 
 import contextlib
+import glob
 import os
 import socket
 import sys
@@ -11,6 +12,9 @@ from pathlib import Path
 from gaitopt.errors import ArchiveError
 
 SUFFIX = ".lock"
+
+RANDOM = "?" * 8
+"""Random part of the names of temporary files, see :func:`gaitopt.motion.atomic.write_atomically`."""
 
 
 @contextmanager
@@ -45,6 +49,8 @@ def lock_study(path: Path) -> Iterator[None]:
         with contextlib.suppress(OSError):  # a full disk; the lock is held all the same
             os.ftruncate(handle, 0)
             os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        with contextlib.suppress(OSError):  # a file that vanishes, or belongs to another user
+            remove_abandoned_files(target)
         yield
     finally:
         if os.name == "posix":
@@ -53,6 +59,29 @@ def lock_study(path: Path) -> Iterator[None]:
         if os.name != "posix":  # Windows cannot remove an open file
             with contextlib.suppress(OSError):  # another process has opened it already
                 file.unlink(missing_ok=True)
+
+
+def remove_abandoned_files(target: Path) -> None:
+    """Remove the temporary files of writers that were killed; nobody else writes the study while it is locked.
+
+    Parameters
+    ----------
+    target : Path
+        File or folder of the study.
+
+    Examples
+    --------
+    >>> Path(".front-a1b2c3d4.nc").touch()
+    >>> remove_abandoned_files(Path("front.nc"))
+    >>> Path(".front-a1b2c3d4.nc").exists()
+    False
+    """
+    parts = target.with_name(f"{target.name}.parts")
+    abandoned = list(target.parent.glob(f".{glob.escape(target.stem)}-{RANDOM}{glob.escape(target.suffix)}"))
+    for folder in (target, parts):
+        abandoned += folder.glob(f".*-{RANDOM}.*")
+    for file in abandoned:
+        file.unlink(missing_ok=True)
 
 
 def _acquire(path: Path, file: Path) -> int:

@@ -166,18 +166,37 @@ def tabulate_front(front: Front) -> "xr.Dataset":
         table[f"{kind}_cost"] = (
             "point",
             costs,
-            {"long_name": f"cost before refinement, last from the {end} end"},
+            {
+                "units": front.grid.ends.problem.objective.unit,
+                "long_name": f"cost before refinement, last from the {end} end",
+            },
         )
     solved = [front.gait(index) for index in points]
-    table["front"] = ("point", non_dominated.astype(np.int8), {"long_name": "1 where no other gait dominates"})
+    table["front"] = (
+        "point",
+        non_dominated.astype(np.int8),
+        {"units": "1", "long_name": "1 where no other gait dominates"},
+    )
     knee = find_knee(signed, non_dominated)
-    table["knee"] = ("point", np.array([i == knee for i in range(len(points))], np.int8), {"long_name": "knee"})
+    table["knee"] = (
+        "point",
+        np.array([i == knee for i in range(len(points))], np.int8),
+        {"units": "1", "long_name": "knee"},
+    )
     table["status"] = ("point", np.array([PENDING if g is None else g.status.key for g in solved], dtype=object))
     reasons = [UNFINISHED if gait is None else explain_failure(gait) for gait in solved]
     table["reason"] = ("point", np.array(reasons, dtype=object))
     verified = [g is not None and g.verification is not None and g.verification.passed for g in solved]
-    table["verified"] = ("point", np.array(verified, np.int8), {"long_name": "1 where the gait passes its replay"})
-    return xr.Dataset(table, {"point": np.arange(len(points))}, _attributes(front, complete=None not in solved))
+    table["verified"] = (
+        "point",
+        np.array(verified, np.int8),
+        {"units": "1", "long_name": "1 where the gait passes its replay"},
+    )
+    return xr.Dataset(
+        table,
+        {"point": ("point", np.arange(len(points)), {"units": "1"})},
+        _attributes(front, complete=None not in solved),
+    )
 
 
 def _unit(front: Front, quantity: Quantity) -> str:

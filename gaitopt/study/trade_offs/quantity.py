@@ -7,7 +7,6 @@ from typing import Any
 
 from attrs import evolve
 
-from gaitopt.control.law import feedforward
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
@@ -15,19 +14,14 @@ from gaitopt.ocp.statement.criteria import PeakFrictionDemand, PeakTorque
 from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.statement.stability_bound import StabilityBound
-from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.stability.assessment import assess_stability
-from gaitopt.stability.recovery import PushTest, largest_recovery
 from gaitopt.study.gait_metrics import peak_torques
+from gaitopt.study.stability_metrics import measure_radius, measure_recovery
 
 COST = "cost"
 """Name of the objective of the problem."""
 
 LARGEST_SPEED = 1e3
 """Upper bound of the speed if the problem states none [m/s]."""
-
-PUSHES = PushTest(starts=20, resolution=0.1)
-"""Pushes by which the recovery of a gait of a front is measured."""
 
 
 @dataclass(frozen=True)
@@ -148,24 +142,6 @@ def restrict_radius(problem: GaitProblem, value: float) -> GaitProblem:
     """Return a problem in which the spectral radius of the return map in open loop is at most a value."""
     bound = problem.stability or StabilityBound(radius=value)
     return problem.replace(stability=evolve(bound, radius=min(bound.radius, value)))
-
-
-def measure_radius(gait: Gait) -> float:
-    """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
-    try:
-        return assess_stability(gait).radius
-    except InputError:
-        return math.nan
-
-
-def measure_recovery(gait: Gait) -> float:
-    """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
-    try:
-        cycle = assess_stability(gait)
-    except InputError:
-        return 0.0
-    walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
-    return largest_recovery(walker, cycle, PUSHES).radius
 
 
 QUANTITIES = {

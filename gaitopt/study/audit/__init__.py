@@ -1,0 +1,1 @@
+"""Audit: optimal gaits of random problems, verified and then replayed by a second integrator."""

@@ -1,0 +1,89 @@
+"""Files of audits: the result of each problem as JSON, stored when it is finished."""
+
+import json
+import time
+from collections.abc import Iterator, MutableMapping
+from pathlib import Path
+from typing import Any
+
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.summary import plain
+from gaitopt.motion.versions import versions
+
+KIND = "gaitopt audit"
+
+PERIOD = 2.0
+"""Least time between two writes [s]."""
+
+
+class AuditFile(MutableMapping[str, dict[str, Any]]):
+    """Results of an audit by the number of the problem, in memory and, if there is a path, in a file.
+
+    Parameters
+    ----------
+    path : Path or None
+    seed : int
+    starts : int or None
+        Seed and number of starts of the audit; a file with others is refused.
+
+    Raises
+    ------
+    InputError
+        If the file contains the results of another audit.
+    ArchiveError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> results = AuditFile(None, 1, None)
+    >>> results["0"] = {"result": "verified"}
+    >>> dict(results)
+    {'0': {'result': 'verified'}}
+    """
+
+    def __init__(self, path: Path | None, seed: int, starts: int | None) -> None:
+        self._path, self._settings = path, {"seed": seed, "starts": starts}
+        self._written = 0.0
+        self._problems: dict[str, dict[str, Any]] = {}
+        if path is not None and path.exists():
+            self._problems = _read(path, self._settings)
+
+    def __getitem__(self, key: str) -> dict[str, Any]:
+        return self._problems[key]
+
+    def __setitem__(self, key: str, value: dict[str, Any]) -> None:
+        self._problems[key] = value
+        if time.monotonic() - self._written > PERIOD:
+            self.write()
+
+    def __delitem__(self, key: str) -> None:
+        del self._problems[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._problems)
+
+    def __len__(self) -> int:
+        return len(self._problems)
+
+    def write(self) -> None:
+        """Write the file, if there is one."""
+        self._written = time.monotonic()
+        if self._path is not None:
+            problems = dict(sorted(self._problems.items(), key=lambda item: int(item[0])))
+            data = {"kind": KIND, **self._settings, "versions": versions(), "problems": problems}
+            with write_atomically(self._path) as part:
+                part.write_text(json.dumps(plain(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _read(path: Path, settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the results in a file."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        same = data["kind"] == KIND and {name: data[name] for name in settings} == settings
+        problems = {str(int(key)): {"result": str(value["result"]), **value} for key, value in data["problems"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise ArchiveError(f"{path} is not a file of an audit, or is damaged; choose another file.") from None
+    if not same:
+        raise InputError(f"{path} contains an audit with another seed or number of starts; choose another file.")
+    return problems

@@ -1,0 +1,26 @@
+"""The command audit: its table, its file, and what it resumes."""
+
+from gaitopt.cli import audit_problems
+
+
+def test_an_audit_is_resumed(command, folder, monkeypatch):
+    calls = []
+
+    def judge(shared, number):
+        calls.append(number)
+        result = "false pass" if number == 2 else "verified"
+        return {"script": "monopod", "settings": ["speed=1"], "result": result, "reason": "why", "second_error": 1e-9}
+
+    monkeypatch.setattr(audit_problems, "audit_number", judge)
+    first = command("audit", "--count", "2", "--workers", "1", "-o", "audit.json")
+    assert first.status == 0
+    assert "wrote audit.json" in first.out
+    again = command("audit", "--count", "3", "--workers", "1", "-o", "audit.json", "--json")
+    assert (again.status, calls) == (1, [0, 1, 2])
+    assert again.json["results"] == {"verified": 2, "false pass": 1}
+    assert again.json["findings"][0]["number"] == 2
+    shown = command("audit", "--count", "3", "--workers", "1", "-o", "audit.json")
+    assert 'problem 2: gaitopt solve monopod.py --set "speed=1"' in shown.out
+    other = command("audit", "--count", "3", "--seed", "4", "-o", "audit.json")
+    assert (other.status, "another seed" in other.err) == (2, True)
+    assert [path.name for path in folder.iterdir()] == ["audit.json"]

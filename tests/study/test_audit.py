@@ -1,0 +1,133 @@
+"""The audit: a second integrator agrees with verified gaits, and finds plans that are wrong."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt import ArchiveError, InputError, verify
+from gaitopt.cli.audit_command import summarise_audit
+from gaitopt.cli.audit_problems import DRAWS, audit_number, draw_settings
+from gaitopt.cli.script import call_script
+from gaitopt.model import flat_foot_walker
+from gaitopt.study.audit import audited_problem
+from gaitopt.study.audit.audit_file import AuditFile
+from gaitopt.study.audit.audited_problem import FALSE_PASS, REFUSED, audit_problem, describe_disagreement
+from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
+from gaitopt.study.audit.second_planar_replay import replay_planar_again
+from gaitopt.study.audit.second_replay import replay_again
+
+SEED = 18
+
+
+def change(gait, torque=1.0, **parameters):
+    """Return a gait whose plan has other torques or parameters than the optimum."""
+    motion = gait.motion
+    segments = tuple(replace_torque(segment, torque) for segment in motion.segments)
+    values = {**motion.parameters, **parameters}
+    return gait.replace_fields(motion=replace(motion, segments=segments, parameters=values))
+
+
+def replace_torque(segment, factor):
+    if hasattr(segment, "replace_fields"):
+        return segment.replace_fields(torque=factor * segment.torque)
+    return replace(segment, torque=factor * segment.torque)
+
+
+def test_the_second_replay_agrees_with_verified_gaits(slip_gait, rolling_gait, hop_gait):
+    for gait, second in (
+        (slip_gait, replay_again(slip_gait)),
+        (rolling_gait, replay_again(rolling_gait)),
+        (hop_gait, replay_planar_again(hop_gait)),
+    ):
+        assert describe_disagreement(gait, second) == ""
+        assert second.state_error == pytest.approx(gait.verification.state_error, abs=1e-7)
+
+
+def test_the_second_replay_finds_wrong_plans(slip_gait, hop_gait):
+    """Torques that are wrong by 1e-5, and frictions at which the foot sticks, or slips further."""
+    for gait, text in (
+        (change(slip_gait, 1 + 1e-5), "the state of the second replay deviates"),
+        (change(slip_gait, friction=0.3), "has the contact sequence 'slip+ stick | stick' instead of"),
+        (change(slip_gait, friction=0.1), "the second replay"),
+    ):
+        assert text in describe_disagreement(gait, replay_again(gait))
+    wrong = change(hop_gait, 1 + 1e-4)
+    assert "deviates" in describe_disagreement(wrong, replay_planar_again(wrong))
+
+
+def test_a_flat_foot_has_one_tangential_force():
+    """Heel and toe stand still, and forces and accelerations satisfy the equations of motion."""
+    robot = flat_foot_walker()
+    p = robot.vector(robot.resolve({}))
+    solver = ContactSolver(robot, p, (0.8, 0.8))
+    q = np.zeros(robot.n_q)
+    q[robot.coordinates.index("y")] = -float(robot.gaps(q, p)[0][robot.contact_index("heel A")])
+    places = tuple(robot.contact_index(name) for name in ("heel A", "toe A"))
+    assert solver.bodies[places[0]] == solver.bodies[places[1]]
+    state = np.concatenate([q, np.zeros(robot.n_q)])
+    for slide in (0, 1):
+        contacts = Contacts(places, ((solver.bodies[places[0]], slide),))
+        acceleration, normal, tangential = solver.accelerate(contacts, state, np.zeros(robot.n_u))
+        (force,) = tangential.values()
+        mass, bias, _ = (np.asarray(part) for part in robot.dynamics(q, 0 * q, p))
+        rows = [np.asarray(part) for part in robot.rows(q, 0 * q, p)]
+        balance = mass @ acceleration + bias.ravel() - rows[0].T @ normal - rows[1][places[0]] * force
+        np.testing.assert_allclose(balance, 0, atol=1e-9)
+        np.testing.assert_allclose(rows[0][list(places)] @ acceleration, 0, atol=1e-9)
+        sliding = rows[1][list(places)] @ acceleration if not slide else force + 0.8 * normal.sum()
+        np.testing.assert_allclose(sliding, 0, atol=1e-9)
+
+
+def test_a_false_pass_and_a_refusal_are_reported(monkeypatch, slip_gait):
+    wrong = change(slip_gait, 1 + 1e-4)
+    monkeypatch.setattr(audited_problem, "solve", lambda problem: wrong)
+    problem = call_script(audit_script("compass_slip"), [])
+    assert audit_problem(problem)["result"] == REFUSED
+    monkeypatch.setattr(audited_problem, "verify", lambda gait: verify(slip_gait))
+    record = audit_problem(problem)
+    assert record["result"] == FALSE_PASS
+    assert "deviates" in record["reason"]
+    facts = summarise_audit({"3": {"script": "compass_slip", **record}})
+    assert [finding["number"] for finding in facts["findings"]] == [3]
+
+
+def audit_script(name):
+    from gaitopt.cli.installed_scripts import find_scripts_folder
+
+    return find_scripts_folder() / f"{name}.py"
+
+
+def test_draws_are_seeded_and_valid():
+    assert sum(draw.share for draw in DRAWS.values()) == pytest.approx(1)
+    assert draw_settings(SEED, 5) == draw_settings(SEED, 5) != draw_settings(SEED + 1, 5)
+    drawn = [draw_settings(SEED, number) for number in range(60)]
+    for name, settings in drawn:
+        call_script(audit_script(name), list(settings))
+    assert {"compass_slip", "round_feet_slip", "compass_with_torso", "five_link", "monopod"} <= {n for n, _ in drawn}
+
+
+def test_a_handful_of_problems():
+    """The first problem of each of three scripts; `gaitopt audit --count 1000` solves more of them."""
+    first = {}
+    for number in range(40):
+        first.setdefault(draw_settings(SEED, number)[0], number)
+    for name in ("compass_slip", "compass_with_torso", "round_feet_slip"):
+        record = audit_number((SEED, None), first[name])
+        assert record["result"] in ("verified", "infeasible"), record
+        assert record["script"] == name
+
+
+def test_results_are_stored_and_resumed(tmp_path):
+    path = tmp_path / "audit.json"
+    results = AuditFile(path, 1, None)
+    results["1"] = {"result": "verified", "second_error": np.inf}
+    results["0"] = {"result": "infeasible"}
+    results.write()
+    assert list(AuditFile(path, 1, None)) == ["0", "1"]
+    with pytest.raises(InputError, match="another seed or number of starts"):
+        AuditFile(path, 2, None)
+    path.write_text(json.dumps({"kind": "gaitopt audit", "seed": 1, "starts": None, "problems": {"0": 3}}))
+    with pytest.raises(ArchiveError, match="is not a file of an audit"):
+        AuditFile(path, 1, None)
