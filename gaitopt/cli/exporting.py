@@ -75,14 +75,19 @@ def animate(
 ) -> None:
     """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
 
+    A gait of several steps is shown once, whatever --steps.
+
     Example: gaitopt animate compass_slip.h5 -o slip.mp4
     """
+    from gaitopt.cli.multistep_output import is_multistep_file
     from gaitopt.motion.archive import load
+    from gaitopt.ocp.multistep.multistep_file import load_steps
     from gaitopt.plot.animation import animate as animate_gait
 
-    gait, path = load(file), output or Path(f"{file.stem}.gif")
+    several, path = is_multistep_file(file), output or Path(f"{file.stem}.gif")
+    gait = load_steps(file) if several else load(file)
     with show_progress("drawing frames", hidden=json, counted=True) as display:
-        written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
+        written = animate_gait(gait, path, steps=1 if several else steps, slow=slow, observer=display.count)
     report_file(written, json=json)
 
 

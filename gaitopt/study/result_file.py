@@ -17,6 +17,7 @@ LOADERS = {
     "branch diagram": "gaitopt.continuation.diagram_file:load_diagram",
     "diagram of optimal gaits": "gaitopt.continuation.optimal.optimal_file:load_optima",
     "front": "gaitopt.study.trade_offs.front_table:load_front",
+    "gait of several steps": "gaitopt.ocp.multistep.multistep_file:load_steps",
 }
 """Readers of the kinds of HDF5 files, by name, so that only the one that is used is imported."""
 
@@ -39,7 +40,8 @@ def load_result(path: str | Path) -> Any:
 
     Returns
     -------
-    Gait, PlanarGait, xarray.Dataset, BranchDiagram, OptimalDiagram, Ranking, TunedGains or RobustnessRecord
+    Gait, PlanarGait, MultiStepGait, xarray.Dataset, BranchDiagram, OptimalDiagram, Ranking, TunedGains or \
+RobustnessRecord
         The attribute ``format`` of a dataset is ``"gaitopt sweep"``, ``"gaitopt basin"`` or ``"gaitopt front"``.
 
     Raises

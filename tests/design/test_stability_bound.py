@@ -26,11 +26,13 @@ from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.solution.radius_conflict import report_radius_conflict
 from gaitopt.ocp.transcription.deviations import section_names
 from gaitopt.ocp.transcription.radius_condition import MARGIN, characteristic_coefficients, jury_conditions
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
+from gaitopt.status import Status
 
 PROBLEM = GaitProblem(
     robot=compass_biped(),
@@ -85,6 +87,20 @@ def test_the_derivative_in_the_nlp_is_that_of_the_simulator(sequence, friction):
     after = x[transcription.variables[Unknown.RETURN][:, 0]].reshape(len(section.names), -1).T[section.kept]
     assert after == pytest.approx(cycle.derivative, abs=1e-5 * np.max(np.abs(cycle.derivative)))
     assert spectral_radius(transcription, x) == pytest.approx(cycle.radius, abs=1e-6)
+
+
+def test_an_infeasible_bound_is_named_with_the_radius_of_the_optimum_without_it():
+    problem = SLIPPING.replace(transcription=Collocation(intervals=10))
+    gait = solve(problem)
+    failure = gait.with_failure(Status.ITERATION_LIMIT, "stopped")
+    problem = problem.replace(stability=StabilityBound(radius=0.2))
+    (conflict,) = report_radius_conflict(problem, failure, gait).solver.conflicts
+    radius = assess_stability(gait).radius
+    assert conflict.setting == "StabilityBound.radius"
+    assert conflict.limit == 0.2
+    assert radius < conflict.sufficient < radius + 0.05 * (radius - 0.2)
+    loose = problem.replace(stability=StabilityBound(radius=1.0))
+    assert report_radius_conflict(loose, failure, gait) is failure
 
 
 def test_the_radius_is_met_by_differences_of_the_replayed_map(bounded):
