@@ -1,7 +1,8 @@
 """Rimless wheel: regions of its gait types A to D in the plane of slope and friction.
 
 The borders are special points of branches over friction at two slopes, followed over the slope.  In complete slip the
-wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.
+wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
+border is drawn as far as its special point has the same contact sequence before it.
 """
 
 import math
