@@ -2,6 +2,8 @@
 
 import ast
 import inspect
+import json
+import re
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -49,10 +51,7 @@ def write(folder):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    images = folder / "gallery" / "images"
-    images.mkdir()
-    for image in (ROOT / "docs" / "images").glob("*.png"):
-        shutil.copy(image, images)
+    shutil.copytree(ROOT / "docs" / "images", folder / "gallery" / "images")
 
 
 def reference():
@@ -87,7 +86,7 @@ def commands():
         text, _, example = command.help.partition("Example:")
         parts += [f"## gaitopt {name}", "", text.strip(), ""]
         parts += ["```text", example.strip(), "```", ""]
-        parts += ["| | | |", "|---|---|---|"]
+        parts += ["| option | value | meaning |", "|---|---|---|"]
         parts += [_option(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
         parts.append("")
     return {"command_line.md": "\n".join(parts)}
@@ -115,35 +114,86 @@ def errors():
         parts += [f"## {title}", "", "| `--json` and files | meaning and remedy |", "|---|---|"]
         parts += [f"| `{kind.key}` | {kind.hint} |" for kind in kinds]
         parts.append("")
-    parts += ["## Exceptions", "", "| | |", "|---|---|"]
+    parts += ["## Exceptions", "", "| exception | meaning |", "|---|---|"]
     kinds = [getattr(gaitopt.errors, name) for name in gaitopt.errors.__all__]
     parts += [f"| `{kind.__name__}` | {' '.join(inspect.getdoc(kind).split())} |" for kind in kinds]
     return {"errors.md": "\n".join([*parts, ""])}
 
 
 def gallery():
-    """Return a page on each problem script and study, and an index of these pages."""
+    """Return a page on each problem script and study, and an index with a thumbnail and the facts of each."""
     folder = ROOT / "problems"
+    table = json.loads((ROOT / "docs" / "gallery.json").read_text(encoding="utf-8"))
     problems = sorted(folder.glob("*.py"))
     studies = [path for path in sorted(folder.glob("studies/*.py")) if b"def study(" in path.read_bytes()]
-    pages = {f"gallery/{path.stem}.md": _exhibit(path) for path in [*problems, *studies]}
+    pages = {f"gallery/{path.stem}.md": _exhibit(path, table) for path in [*problems, *studies]}
     lines = ["# Gallery", "", (ROOT / "docs" / "gallery_head.md").read_text(encoding="utf-8")]
     for title, paths in (("Problems", problems), ("Studies", studies)):
-        lines += [f"## {title}", "", "```{toctree}", ":maxdepth: 1", "", *(path.stem for path in paths), "```", ""]
+        lines += [f"## {title}", "", "::::{container} gallery", ""]
+        for path in paths:
+            lines += [":::{container} exhibit", *_card(path, table), ":::", ""]
+        entries = [f"{path.stem} <{path.stem}>" for path in paths]
+        lines += ["::::", "", "```{toctree}", ":hidden:", "", *entries, "```", ""]
     pages["gallery/index.md"] = "\n".join(lines)
     return pages
 
 
-def _exhibit(path):
-    """Return the page on a script: description, figure, command and source."""
+def _title_of(path):
+    """Return the first sentence of the docstring of a script, and the remaining text."""
     title, _, text = ast.get_docstring(ast.parse(path.read_bytes())).partition("\n")
+    return title.rstrip("."), text.strip()
+
+
+def _card(path, table):
+    """Return the entry of a script in the index: thumbnail, title and facts."""
+    study = "studies" in path.parts
+    picture = f"images/thumbnails/{'study_' if study else ''}{path.stem}.png"
+    title = _title_of(path)[0]
+    facts = [] if study else [f"{label}: {value}" for label, value in _facts(path, table) if label != "Robot"]
+    facts += [f"Reproduces: {publication}" for publication in _publications(path)]
+    image = f"[![Figure of the study {path.stem}]({picture})]({path.stem}.md)"
+    image = image if study else image.replace("Figure of the study", "Stick figures of the gait of")
+    return [image, "", f"[**{title}**]({path.stem}.md)", "", *(line for fact in facts for line in (fact, ""))]
+
+
+def _facts(path, table):
+    """Return label and value of each fact on the gait of a problem script."""
+    entry = table[path.stem]
+    facts = [("Robot", f"`{entry['robot']}`"), ("Sequence", f"`{entry['sequence']}`")]
+    if "objective" in entry:
+        facts += [("Objective", f"`{entry['objective']}`"), ("Cost of transport", f"{entry['cost_of_transport']:.4g}")]
+    radius = entry["radius"]
+    if isinstance(radius, str):
+        facts.append(("Multipliers", radius))
+    else:
+        verdict = "stable" if radius < 1 else "unstable"
+        facts.append(("Open loop", f"{verdict}, spectral radius {radius:.3g}"))
+    facts.append(("Processor time", f"{entry['seconds']:g} s"))
+    return facts
+
+
+def _publications(path):
+    """Return the publications with whose numbers the page on reproduction compares a study, and the agreement."""
+    text = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    section = next((part for part in text.split("\n## ") if f"`problems/studies/{path.name}`" in part), "")
+    rows = re.findall(r"\| (yes|\*\*no\*\*) \| (.*?) \|", section)
+    sources = sorted({source.partition(":")[0] for _, source in rows if re.search(r"\b(19|20)\d\d\b", source)})
+    for source in sources:
+        agreeing = [verdict for verdict, name in rows if name.startswith(source)]
+        yield f"{source}, {agreeing.count('yes')} of {len(agreeing)} numbers agree"
+
+
+def _exhibit(path, table):
+    """Return the page on a script: description, figure, facts, command and source."""
+    title, text = _title_of(path)
     name = path.relative_to(ROOT).as_posix()
-    image = next(
-        (n for n in (f"study_{path.stem}.png", f"{path.stem}.png") if (ROOT / "docs/images" / n).is_file()), None
-    )
-    verb = "run" if "studies" in path.parts else "solve" if "GaitProblem" in path.read_text() else None
-    verb = verb or ("solve" if "compass_slip" in path.read_text() else "stability")
-    parts = [f"# {title.rstrip('.')}", "", text.strip(), ""]
-    parts += [f"![{title}](images/{image})", ""] if image else []
-    parts += ["```text", f"gaitopt {verb} {name}", "```", ""]
+    images = [f"study_{path.stem}.png", f"{path.stem}.png", f"thumbnails/{path.stem}.png"]
+    image = next(image for image in images if (ROOT / "docs/images" / image).is_file())
+    verb = "run" if "studies" in path.parts else "solve" if "objective" in table[path.stem] else "stability"
+    parts = [f"# {title}", "", text, "", f"![{title}](images/{image})", ""]
+    if verb != "run":
+        rows = ["| {} | {} |".format(label, value.replace("|", "\\|")) for label, value in _facts(path, table)]
+        parts += ["| quantity | value |", "|---|---|", *rows, ""]
+    parts += [f"Reproduces: {publication}." for publication in _publications(path)]
+    parts += ["", "```text", f"gaitopt {verb} {name}", "```", ""]
     return "\n".join([*parts, f"```{{literalinclude}} ../../../{name}", ":language: python", "```", ""])

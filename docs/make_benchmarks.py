@@ -63,6 +63,12 @@ four points per interval, and at default accuracy, where gaitopt adds points fro
 the last NLP only.
 """
 
+ROBOTS = """## Other robots
+
+Processor time to solve and verify the gait of each problem script at default accuracy, without imports, measured once
+by `python docs/make_gallery.py` on a machine with other load:
+"""
+
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;
 the best gait of each point is then solved to the tolerance, for which its nodes are usually placed once more, and
 replayed. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
@@ -92,6 +98,7 @@ def main():
         BETWEEN,
         growth(results),
         chains(results),
+        robots(),
         convergence(results),
         studies(results),
         repeated(results),
@@ -142,18 +149,29 @@ def chains(results):
     if not tables or not beside_opti:
         return ""
     links = [str(count) for count in next(iter(tables.values()))["links"]]
-    lines = [CHAINS, row(["", *links, "exponent"]), "|---|" + "---:|" * (len(links) + 1)]
+    lines = [CHAINS, row(["grid and quantity", *links, "exponent"]), "|---|" + "---:|" * (len(links) + 1)]
     for intervals, numbers in tables.items():
         times = [f"{1e3 * value:.1f}" for value in numbers["seconds"]]
         lines.append(row([f"{intervals}, time [ms]", *times, f"{numbers['exponents']['time']:.2f}"]))
         counts = [str(count) for count in numbers["nonzeros"]]
         lines.append(row([f"{intervals}, nonzeros", *counts, f"{numbers['exponents']['nonzeros']:.2f}"]))
     heads = ["gaitopt [s]", "Opti [s]", "ratio", "iterations of gaitopt", "iterations of Opti"]
-    lines += ["", FIVE_LINKS, row(["", *heads]), "|---|" + "---:|" * len(heads)]
+    lines += ["", FIVE_LINKS, row(["grid", *heads]), "|---|" + "---:|" * len(heads)]
     for name, numbers in beside_opti.items():
         values = [seconds(numbers["own"]), seconds(numbers["plain"]), spread(numbers["ratio"])]
         counts = [str(numbers[f"{tool} iterations"]) for tool in ("own", "plain")]
         lines.append(row([name, *values, *counts]))
+    return "\n".join([*lines, ""])
+
+
+def robots():
+    """Return the section on the problem scripts, from the table of the gallery."""
+    table = json.loads((DOCS / "gallery.json").read_text(encoding="utf-8"))
+    solved = {name: entry for name, entry in table.items() if "objective" in entry}
+    lines = [ROBOTS, row(["script", "robot", "contact sequence", "objective", "time [s]"]), "|---|---|---|---|---:|"]
+    for name, entry in sorted(solved.items(), key=lambda item: item[1]["seconds"]):
+        sequence = f"`{entry['sequence']}`".replace("|", "\\|")
+        lines.append(row([name, entry["robot"], sequence, f"`{entry['objective']}`", f"{entry['seconds']:.2g}"]))
     return "\n".join([*lines, ""])
 
 

@@ -10,7 +10,7 @@ from gaitopt.cli.collection import collect_rarely
 
 
 def main() -> None:
-    """Import the commands and run the one that the command line names."""
+    """Import and run the command that the command line names."""
     os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
@@ -18,6 +18,7 @@ def main() -> None:
             signal.signal(signal.SIGINT, _exit_at_once)
         from gaitopt.cli import app
 
+        app.import_commands(sys.argv[1:])
         signal.signal(signal.SIGINT, former)
         try:
             app.main()

@@ -27,6 +27,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 MOST_ITEMS = 1000
 """Number of items of a sequence or mapping that are compared with the annotation."""
 
+_ARRAYS = (np.ndarray, NDArray)
+"""Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and another type since then."""
+
 _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
 
 
@@ -190,7 +193,7 @@ def _fits(value: Any, kind: Any, numbers: bool = False) -> bool:
         return any(value is each or (isinstance(value, str) and value == each) for each in typing.get_args(kind))
     if kind in _CHECKS:
         return _CHECKS[kind](value)
-    if origin is np.ndarray or kind is np.ndarray:
+    if origin in _ARRAYS or kind in _ARRAYS:
         return _is_numeric(value)
     if isinstance(origin, type):
         return _fits_container(value, origin, typing.get_args(kind), numbers)
@@ -235,7 +238,7 @@ def _is_finite(value: Any) -> bool:
 
 def _is_numeric(value: Any) -> bool:
     """Return whether a value is an array, or nested sequences, of finite numbers."""
-    if isinstance(value, str | bytes | Mapping | np.ma.MaskedArray) or value is None or isinstance(value, bool):
+    if isinstance(value, str | bytes | Mapping | bool) or value is None or is_masked(value):
         return False
     try:
         array = np.asarray(value)
@@ -253,6 +256,18 @@ _CHECKS: dict[Any, Callable[[Any], bool]] = {
     str: lambda value: isinstance(value, str),
     Path: lambda value: isinstance(value, os.PathLike),
 }
+
+
+def is_masked(value: object) -> bool:
+    """Return whether a value is a masked array; numpy.ma, whose import is slow, is not imported.
+
+    Examples
+    --------
+    >>> is_masked(np.ma.array([1.0], mask=[True])), is_masked(np.array([1.0]))
+    (True, False)
+    """
+    module = sys.modules.get("numpy.ma")
+    return module is not None and isinstance(value, module.MaskedArray)
 
 
 def check_vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
@@ -283,7 +298,7 @@ def _describe(kind: Any) -> str:
         return "a CasADi expression (SX)"
     if origin is typing.Literal:
         return " or ".join(map(repr, parts))
-    if origin is np.ndarray or kind is np.ndarray:
+    if origin in _ARRAYS or kind in _ARRAYS:
         return "an array of finite numbers"
     if isinstance(origin, type):
         if issubclass(origin, Mapping):

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.arguments import check_record
+from gaitopt.arguments import check_record, is_masked
 from gaitopt.errors import InputError, suggest
 
 __all__ = ["Parameter"]
 
 
-_NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_, np.ma.MaskedArray)
+_NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_)
 """Types whose values Python converts to numbers although they are something else."""
 
 
@@ -66,7 +66,8 @@ class Parameter:
         5.0
         """
         try:
-            number = math.nan if isinstance(value, _NO_NUMBERS) else float(value)  # type: ignore[arg-type]
+            invalid = isinstance(value, _NO_NUMBERS) or is_masked(value)
+            number = math.nan if invalid else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError, RuntimeError):  # the last one by CasADi
             number = math.nan
         if math.isnan(number) and not isinstance(value, float):

@@ -2,28 +2,14 @@
 
 import errno
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.text import Text
 
-from gaitopt.cli import (
-    audit_command,
-    basin_command,
-    design_command,
-    exporting,
-    feedback,
-    impact_command,
-    listing,
-    pareto_command,
-    setup,
-    solving,
-    studies,
-    trace_command,
-    walking,
-)
 from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
@@ -33,47 +19,68 @@ from gaitopt.interrupts import record_interrupts
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
 """Errors of the operating system that concern the path of a user, not gaitopt."""
 
-app = typer.Typer(
-    name="gaitopt",
-    cls=CommandGroup,
-    help="Optimal-control gait design for planar walking with foot slippage.",
-    epilog="Exit status: 0 success, 1 no gait found or a failed check, 2 invalid input, 130 interrupted.  "
-    "gaitopt COMMAND --help shows an example of each command.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    add_completion=True,
-    rich_markup_mode="rich",
-)
-for command in (
-    setup.new,
-    solving.solve,
-    solving.show,
-    solving.verify,
-    design_command.design,
-    exporting.plot,
-    exporting.animate,
-    exporting.report,
-    exporting.export,
-    listing.problems,
-    walking.simulate,
-    walking.stability,
-    trace_command.trace,
-    impact_command.impact,
-    feedback.tune,
-    feedback.push,
-    basin_command.basin,
-    studies.run,
-    studies.search,
-    studies.sweep,
-    pareto_command.pareto,
-    studies.compare,
-    audit_command.audit,
-    setup.doctor,
-):
-    app.command(cls=Command)(command)
+MODULES = {
+    "new": "setup",
+    "solve": "solving",
+    "show": "solving",
+    "verify": "solving",
+    "design": "design_command",
+    "plot": "exporting",
+    "animate": "exporting",
+    "report": "exporting",
+    "export": "exporting",
+    "problems": "listing",
+    "simulate": "walking",
+    "stability": "walking",
+    "trace": "trace_command",
+    "impact": "impact_command",
+    "tune": "feedback",
+    "push": "feedback",
+    "basin": "basin_command",
+    "run": "run_command",
+    "search": "studies",
+    "sweep": "studies",
+    "pareto": "pareto_command",
+    "compare": "studies",
+    "audit": "audit_command",
+    "doctor": "setup",
+}
+"""Module of each command, in the order of the help; a command line that names one imports no other."""
 
 
-@app.callback(invoke_without_command=True)
+def import_commands(words: Sequence[str]) -> list[Callable[..., None]]:
+    """Return the functions of the command that a command line names first, or of all commands."""
+    names = words[:1] if words and words[0] in MODULES else MODULES
+    return [getattr(import_module(f"gaitopt.cli.{MODULES[name]}"), name) for name in names]
+
+
+def build_app(commands: Iterable[Callable[..., None]]) -> typer.Typer:
+    """Return the command line with some commands."""
+    app = typer.Typer(
+        name="gaitopt",
+        cls=CommandGroup,
+        help="Optimal-control gait design for planar walking with foot slippage.",
+        epilog="Exit status: 0 success, 1 no gait found or a failed check, 2 invalid input, 130 interrupted.  "
+        "gaitopt COMMAND --help shows an example of each command.",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        add_completion=True,
+        rich_markup_mode="rich",
+    )
+    for command in commands:
+        app.command(cls=Command)(command)
+    app.callback(invoke_without_command=True)(_version)
+    return app
+
+
+def __getattr__(name: str) -> typer.Typer:
+    """Return ``app``, the command line with all commands, which is built when it is first used."""
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()["app"] = app = build_app(import_commands(()))
+    return app
+
+
 def _version(
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.", is_eager=True)] = False,
 ) -> None:
@@ -89,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     with record_interrupts() as interrupt, collect_rarely():
         try:
+            app = build_app(import_commands(words))
             status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
         except (KeyboardInterrupt, typer.Abort):
             status = INTERRUPTED

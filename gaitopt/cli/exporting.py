@@ -14,19 +14,28 @@ from gaitopt.cli.options import (
     Json,
     LawName,
     Quiet,
+    ResultFile,
     RobotScript,
     StanceAngle,
     TorqueLimit,
     Verbose,
     label_files,
 )
-from gaitopt.cli.output import report_file
+from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 
 
 def plot(
-    file: GaitFile,
+    file: ResultFile,
     output: Figure = None,
+    quantity: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Variable of a sweep, or coordinate of a diagram of periodic gaits.",
+            show_default="cost_of_transport, or the first coordinate",
+        ),
+    ] = None,
     width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
     font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
     title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
@@ -34,19 +43,22 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a gait: stick figures, angles, torques, force ratio in the friction cone, foot speed.
+    """Draw a result of any kind: gait, search, sweep, trade-off, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
-    from gaitopt.motion.archive import load
-    from gaitopt.plot.gait_figure import plot_gait
+    from gaitopt.motion.atomic import check_writable
+    from gaitopt.plot.result_figure import plot_result
     from gaitopt.plot.saving import save_figure
     from gaitopt.plot.style import FigureStyle
+    from gaitopt.study.result_file import load_result
 
-    figure = plot_gait(load(file), style=FigureStyle(width=width, font_size=font_size, titled=title))
-    report_file(save_figure(figure, output or Path(f"{file.stem}.png")), json=json)
+    path = output or Path(f"{file.resolve().stem}.png")
+    check_writable(path)
+    style = FigureStyle(width=width, font_size=font_size, titled=title)
+    report_file(save_figure(plot_result(load_result(file), quantity=quantity, style=style), path), json=json)
 
 
 def animate(
@@ -63,14 +75,19 @@ def animate(
 ) -> None:
     """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
 
+    A gait of several steps is shown once, whatever --steps.
+
     Example: gaitopt animate compass_slip.h5 -o slip.mp4
     """
+    from gaitopt.cli.multistep_output import is_multistep_file
     from gaitopt.motion.archive import load
+    from gaitopt.ocp.multistep.multistep_file import load_steps
     from gaitopt.plot.animation import animate as animate_gait
 
-    gait, path = load(file), output or Path(f"{file.stem}.gif")
+    several, path = is_multistep_file(file), output or Path(f"{file.stem}.gif")
+    gait = load_steps(file) if several else load(file)
     with show_progress("drawing frames", hidden=json, counted=True) as display:
-        written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
+        written = animate_gait(gait, path, steps=1 if several else steps, slow=slow, observer=display.count)
     report_file(written, json=json)
 
 
@@ -112,37 +129,72 @@ def report(
     report_file(written, json=json)
 
 
+FORMATS = {
+    ".csv": "trajectories",
+    ".json": "torques and gains",
+    ".c": "dynamics and controller",
+    ".py": "controller",
+}
+"""Contents of the files that `export` writes of a gait, by suffix."""
+
+
+def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
+    """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
+    from gaitopt.export.library_module import write_library
+    from gaitopt.motion.atomic import check_suffix
+    from gaitopt.study.libraries.gait_library import load_library
+    from gaitopt.study.libraries.library_errors import measure_library
+
+    check_suffix(output, {".py": "gait library"})
+    library = load_library(file, sequence)
+    written = write_library(library, output)
+    if not quiet:
+        out.print(str(measure_library(library)), soft_wrap=True)
+    return written
+
+
 def export(
     file: GaitFile,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="CSV/JSON/C", help="File to write; its suffix determines the contents."),
+        typer.Option(
+            "--output", "-o", metavar="CSV/JSON/C/PY", help="File to write; its suffix determines the contents."
+        ),
     ],
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
+    sequence: Annotated[
+        str | None, typer.Option("--sequence", metavar="SEQUENCE", help="Contact sequence, for a sweep with several.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics and controller.
+    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics, .c or .py controller.
 
-    Without --law, the controller replays the planned torques and has no gains.
+    A .py controller needs NumPy only.  Without --law, the controller replays the planned torques and has no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
+    Of a sweep (.nc), a .py file interpolates the gaits over its axes. The largest errors in the middles of the grid
+    cells are reported.
+
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
+    if file.suffix == ".nc":
+        report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
+        return
     from gaitopt.cli.script import load_any_gait, require_walking
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
+    from gaitopt.export.python_controller import write_python
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller"}
-    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
+    suffix, gait = check_suffix(output, FORMATS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return
@@ -154,6 +206,8 @@ def export(
     chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
+    elif suffix == ".py":
+        written = write_python(robot, chosen, output)
     else:
         written = write_c(robot, chosen, gait.motion.parameters, output)
     report_file(written, json=json)

@@ -14,6 +14,7 @@ from gaitopt.cli.options import (
     GaitFile,
     Json,
     LawName,
+    PushOutput,
     PushRadius,
     PushStarts,
     Quiet,
@@ -114,6 +115,7 @@ def push(
     ball: PushRadius = 0.1,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    output: PushOutput = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -130,8 +132,12 @@ def push(
     from gaitopt.simulation.engine_choice import default_engine
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
 
     began = time.perf_counter()
+    if output is not None:
+        check_suffix(output, {".json": "push test"})
+        check_writable(output)
     gait = load_single_support_gait(file, problem)
     robot = gait.robot
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
@@ -140,6 +146,9 @@ def push(
         margins = _margins_of(robot, chosen, cycle, steps, test, team, hidden=json)
     laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = _basins(gait, laws, ball, test, hidden=json)
+    if output is not None:
+        record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
+        save_robustness(record, output)
     facts = {
         "law": title,
         "engine": default_engine(chosen, robot).name,
@@ -152,6 +161,8 @@ def push(
         print_json(facts)
     else:
         print_endurance(facts, basins)
+        if output is not None:
+            report_file(output)
 
 
 def _basins(

@@ -41,10 +41,10 @@ def _read_gait(path: Path) -> str:
 
 
 def _read_sweep(path: Path) -> str:
-    from gaitopt.study.sweeps.sweep_file import load_sweep, read_all_gaits
+    from gaitopt.study.sweeps.sweep_file import load_sweep, read_named_gaits
 
     table = load_sweep(path)
-    return f"{table.status.size} points, {sum(1 for _ in read_all_gaits(path))} gaits"
+    return f"{table.status.size} points, {sum(1 for _ in read_named_gaits(path))} gaits"
 
 
 def _read_basin(path: Path) -> str:

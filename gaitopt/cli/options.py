@@ -51,8 +51,30 @@ Verbose = Annotated[
 
 # Inputs.
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve'.")]
+ResultFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="File of any result of gaitopt, or folder written by 'gaitopt search'.")
+]
 GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
+SolveSource = Annotated[
+    Path, typer.Argument(metavar="PROBLEM.py|FAILED.h5", help="Problem script, or file of a failed solve to repeat.")
+]
+GuessFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--guess",
+        metavar="FILE",
+        help="Start from a gait (.h5), or from a recorded motion or a few postures (.csv, .mat, .sto, .mot).",
+    ),
+]
+GuessColumns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate in the file of --guess (repeatable)."),
+]
+AngleUnit = Annotated[
+    str | None,
+    typer.Option("--angle-unit", metavar="rad|deg", help="Unit of the columns of --guess that do not state theirs."),
+]
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY.py", help="Study script.")]
 Source = Annotated[Path, typer.Argument(metavar="PROBLEM.py|FILE", help="Problem script or gait file.")]
 RobotScript = Annotated[
@@ -95,6 +117,10 @@ Patch = Annotated[
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]
+PushOutput = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="JSON", help="File of the results, which 'gaitopt plot' accepts."),
+]
 StudyOutput = Annotated[
     Path,
     typer.Option("--output", "-o", metavar="FILE", help="File of the results. Run the same command again to resume."),
@@ -133,8 +159,17 @@ Sequences = Annotated[
         "--sequences",
         "--words",
         metavar="SEQUENCE,...",
-        help="Contact sequences to compare.",
+        help="Contact sequences to compare; any for all sequences of at most two phases, any:3 of at most three.",
         show_default="the sequence of the script",
+    ),
+]
+Measures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with",
+        metavar="MEASURE,...",
+        help="Further columns: stability (multipliers in open loop), recovery (largest ball of recovered pushes). They "
+        "can be added to the file of a finished sweep.",
     ),
 ]
 PointStarts = Annotated[

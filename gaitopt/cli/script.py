@@ -9,12 +9,13 @@ import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
-from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
+from gaitopt.errors import GaitoptError, InputError, ScriptError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.problem import GaitProblem
@@ -88,10 +89,7 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         If it raises an exception while it is loaded; the message names the line.
     """
     if not path.is_file():
-        folder = path.parent
-        scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
-        nearest = suggest(str(path), scripts) if scripts else f"The folder {folder} contains no scripts."
-        raise InputError(f"There is no problem script {path}. {nearest}")
+        raise InputError(f"There is no problem script {path}. {_nearest_script(path)}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
     if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")
@@ -108,6 +106,16 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
         raise InputError(f"{path} has no function {function}(**parameters).{hint}")
     return loaded
+
+
+def _nearest_script(path: Path) -> str:
+    """Return a sentence with the most similar name among the scripts beside a missing one, or how to list them."""
+    folder = path.parent
+    scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
+    near = get_close_matches(str(path), scripts, n=1)
+    if not scripts:
+        return f"The folder {folder} contains no scripts."
+    return f"Did you mean '{near[0]}'?" if near else f"'gaitopt problems {folder}' lists the scripts of the folder."
 
 
 def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:
@@ -146,7 +154,11 @@ def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProb
 
 def optimal_problem(script: Script) -> "GaitProblem | PlanarProblem":
     """Return the problem of an optimal gait a script states, of a robot with any contacts."""
-    problem = script()
+    return require_optimal_problem(script(), script)
+
+
+def require_optimal_problem(problem: object, script: Script) -> "GaitProblem | PlanarProblem":
+    """Return the problem that a script has returned, with the record of that script; see :func:`optimal_problem`."""
     if isinstance(problem, GaitProblem):
         return require_gait_problem(problem, script)
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -234,7 +246,7 @@ def require_single_support_gait(gait: object) -> Gait:
     """Return a gait, or raise InputError if its robot has several contacts."""
     if not isinstance(gait, Gait):
         raise InputError(
-            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law lqr' (or step-lqr) designs "
+            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law lqr' (or step_lqr) designs "
             "and assesses its feedback."
         )
     return gait
@@ -260,13 +272,6 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
         kind = type(problem).__name__
         raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
     return problem
-
-
-def record_script(gait: AnyGait, script: Script) -> AnyGait:
-    """Return a gait whose problem states the script it comes from."""
-    if gait.problem.get("script"):
-        return gait
-    return gait.replace_fields(problem={**gait.problem, "script": script.record().describe()})
 
 
 def load_any_gait(file: Path, script: Path | None) -> AnyGait:
@@ -301,7 +306,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'plot', 'animate', "
-            "'report' and 'export' to CSV or JSON accept it."
+            "'report' and 'export' to CSV or JSON accept it, and 'gaitopt stability' and 'simulate' accept its script."
         )
     return gait
 

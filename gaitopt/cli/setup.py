@@ -32,6 +32,16 @@ PARTS = (
 """Packages whose versions are reported."""
 
 
+PURPOSES = {
+    "fast": "for fast simulation; without it, basins, push tests and tuning take many times as long",
+    "cluster": "for sweeps, searches and basins on several machines; without it, on the processors of this one",
+    "import": "for robots from URDF and MJCF files",
+    "docs": "to build the documentation",
+    "test": "to run the tests",
+}
+"""What each extra is needed for."""
+
+
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the script, with or without .py.")],
     source: Annotated[
@@ -167,6 +177,7 @@ def print_installation(facts: dict[str, Any]) -> None:
     for name, present in facts["extras"].items():
         reason = facts["unavailable_extras"].get(name)
         missing = reason or f"not installed: pip install 'gaitopt[{name}]'"
+        missing += f", {PURPOSES[name]}" if name in PURPOSES else ""
         table.add_row(f"extra {name}", "installed" if present else missing)
     for check in facts["checks"]:
         verdict = verdict_text("works" if check["well"] else "fails", check["well"])
@@ -259,4 +270,23 @@ def _animations() -> str:
     return f"ffmpeg {get_ffmpeg_version()}"
 
 
-CHECKS = {"solver": _solver, "engines": _engines, "animations": _animations}
+def _versions() -> str:
+    """Compare the installed packages with the oldest versions that gaitopt supports."""
+    bounds = (re.fullmatch(r"([\w.-]+)\s*>=\s*([\d.]+)", requirement) for requirement in _requirements())
+    required = {bound[1]: bound[2] for bound in bounds if bound}
+    old = [
+        f"{name} {version}, accepted: {required[name]} or newer"
+        for name in required
+        if (version := _version(name)) and _numbers(version) < _numbers(required[name])
+    ]
+    if old:
+        raise RuntimeError("; ".join(old))
+    return f"{len(required)} packages are as new as required" if required else "gaitopt is not installed, not compared"
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Return the numbers of a version for comparison, without the suffix of a release candidate."""
+    return tuple(int(number) for number in re.findall(r"\d+", re.split(r"[a-z+]", version)[0]))
+
+
+CHECKS = {"versions": _versions, "solver": _solver, "engines": _engines, "animations": _animations}

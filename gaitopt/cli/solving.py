@@ -6,11 +6,22 @@ import threading
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitopt.cli.options import GaitFile, Json, Quiet, RobotScript, ScriptFile, Setting, Verbose
+from gaitopt.cli.options import (
+    AngleUnit,
+    GaitFile,
+    GuessColumns,
+    GuessFile,
+    Json,
+    Quiet,
+    RobotScript,
+    Setting,
+    SolveSource,
+    Verbose,
+)
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
@@ -18,6 +29,10 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration
 from gaitopt.status import Status
+
+if TYPE_CHECKING:
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.problem import GaitProblem
 
 AFTER_THE_SOLVE = ("gaitopt.simulation.verification", "gaitopt.motion.archive", "h5py")
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
@@ -40,8 +55,11 @@ def import_in_background(modules: Sequence[str]) -> threading.Thread:
 
 
 def solve(
-    script: ScriptFile,
+    source: SolveSource,
     setting: Setting = None,
+    guess: GuessFile = None,
+    column: GuessColumns = None,
+    angle_unit: AngleUnit = None,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="File of the gait.", show_default="SCRIPT.h5"),
@@ -52,30 +70,61 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
+    A solve without a result writes SCRIPT_failed.h5, which contains robot and problem: gaitopt solve SCRIPT_failed.h5
+    repeats it, without the script.
+
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
+    With --guess, the solve starts from a gait, or from a recorded motion whose columns are named as in the CSV files of
+    gaitopt export, and the differences of its fit from the samples are reported.
+
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
+    Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
-    from gaitopt.cli.script import optimal_problem, read_script, record_script
+    from gaitopt.cli.failed_solve import is_gait_file
+    from gaitopt.cli.guess_option import start_from_file
+    from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
     from gaitopt.ocp.solver import solve as solve_problem
 
-    called = read_script(script, setting)
-    problem, path = optimal_problem(called), output or Path(f"{script.stem}.h5")
+    repeated = is_gait_file(source)
+    problem, script = _read_problem(source, setting)
+    if is_multistep_problem(problem):
+        solved = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
+        raise typer.Exit(0 if solved else 1)
+    problem, fit = start_from_file(problem, guess, column, angle_unit)
+    path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
     check_gait_suffix(path)
     check_writable(path)  # before the work, not after it
+    if fit is not None and not (json or quiet):
+        out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         import_in_background(AFTER_THE_SOLVE)
         steps = verbose or not (json or quiet)
         gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
-        gait = record_script(gait, called)
+        gait = gait.replace_fields(problem={**gait.problem, "script": gait.problem.get("script") or script})
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
-    interrupted |= _save_and_report(gait, path, json=json)
+    failure = None if repeated or interrupted or gait.status.ok else path.with_name(f"{path.stem}_failed.h5")
+    interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
     if interrupted:
         sys.exit(INTERRUPTED)  # the results are in the table already
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:
+    """Return the problem of a script or of the file of a failed solve, and the record of its script."""
+    from gaitopt.cli.failed_solve import is_gait_file, read_failed_problem
+    from gaitopt.cli.multistep_output import is_multistep_problem
+    from gaitopt.cli.script import read_script, require_optimal_problem
+
+    if is_gait_file(source):
+        return read_failed_problem(source, settings)
+    called = read_script(source, settings)
+    stated = called()
+    problem = stated if is_multistep_problem(stated) else require_optimal_problem(stated, called)
+    return problem, called.record().describe()
 
 
 def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait | PlanarGait, bool]:
@@ -94,24 +143,36 @@ def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait
     return gait, False
 
 
-def _save_and_report(gait: Gait | PlanarGait, path: Path, *, json: bool) -> bool:
-    """Write a solved gait and print it; return whether writing was interrupted."""
+def _save_and_report(
+    gait: Gait | PlanarGait,
+    path: Path,
+    failure: "tuple[GaitProblem | PlanarProblem, Path] | None",
+    *,
+    json: bool,
+) -> bool:
+    """Write and print a gait, or print why there is none and write its failure; return whether that was interrupted."""
+    from gaitopt.cli.failed_solve import report_failure, write_failure
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
-    interrupted = False
+    interrupted, written, failed = False, None, None
     try:
-        written = save(gait, path) if gait.status.ok else None
-    except KeyboardInterrupt:  # raised when the file is written
-        written, interrupted = path, True
+        if gait.status.ok:
+            written = path  # a Ctrl-C is raised when the file is written
+            save(gait, path)
+        elif failure is not None:
+            failed = write_failure(gait, *failure)
+    except KeyboardInterrupt:
+        interrupted = True
     if json:
-        print_json(summarise(gait) | {"file": None if written is None else str(written)})
+        files = {"file": written, "failure_file": failed and failed.path}
+        print_json(summarise(gait) | {name: None if file is None else str(file) for name, file in files.items()})
     else:
         print_gait(gait)
         if written:
             report_file(written)
         else:
-            out.print("no verified gait was found; nothing was written")
+            report_failure(failed)
     return interrupted
 
 
@@ -134,30 +195,32 @@ def _observer(
 
 
 def show(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Gait file, or problem script.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="File of any result, folder of a search, or problem script.")
+    ],
     setting: Setting = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Show the contents of a gait file, or the problem that a script states as mathematics.
+    """Show the contents of a file of any kind as a table, or the problem that a script states as mathematics.
 
     Example: gaitopt show compass_slip.h5 --json
     Example: gaitopt show problems/compass_slip.py --set friction=0.2
     """
-    from gaitopt.motion.archive import load
-    from gaitopt.motion.summary import summarise
+    from gaitopt.cli.result_output import find_facts, print_result
+    from gaitopt.study.result_file import load_result
 
     if file.suffix == ".py":
         show_script(file, setting, json=json)
         return
     if setting:
         raise InputError(f"--set changes a parameter of a script, and {file} is no script ending in .py.")
-    gait = load(file)
+    result = load_result(file)
     if json:
-        print_json(summarise(gait) | {"file": str(file)})
+        print_json(find_facts(result) | {"file": str(file)})
     else:
-        print_gait(gait)
+        print_result(result)
 
 
 def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> None:
@@ -194,10 +257,15 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
+    from gaitopt.cli.multistep_output import is_multistep_file, verify_multistep
     from gaitopt.cli.script import load_any_gait
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
+    if is_multistep_file(file):
+        if problem is not None:
+            raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")
+        raise typer.Exit(0 if verify_multistep(file, json=json) else 1)
     gait = verify_gait(load_any_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})

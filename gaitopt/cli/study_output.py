@@ -17,6 +17,9 @@ from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, rank
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST_COLUMNS = 4
+"""Number of contact sequences up to which each has a column in the table of a sweep."""
+
 
 def print_ranking(ranking: Ranking) -> None:
     """Print ranked contact sequences as a table, and the other ones with the reason."""
@@ -96,7 +99,7 @@ def _number(value: float | str | None, form: str) -> str:
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     """Return a sweep as plain data, a record for each point."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
-    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel"]
+    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel", *_name_measures(table)]
     points = []
     for at in np.ndindex(*table.status.shape):
         place = dict(zip(table.status.dims, at, strict=True))
@@ -107,10 +110,39 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     return {"complete": bool(table.attrs["complete"]), "axes": axes, "points": points}
 
 
+def _name_measures(table: "xr.Dataset") -> list[str]:
+    """Return the measures of a sweep that are one number for each gait."""
+    return [name for name in ("spectral_radius", "stable", "recovered_push") if name in table]
+
+
+def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
+    """Print the contact sequence of lowest cost at each point, with its cost and its measures."""
+    measured = _name_measures(table)
+    shown = Table(box=box.SIMPLE, pad_edge=False, title="lowest cost", title_justify="left")
+    for name in (*axes, "sequence", "cost_of_transport", *measured):
+        unit = "1" if name == "sequence" else table[name].attrs.get("units", "1")
+        shown.add_column(name.replace("_", " ") + ("" if unit == "1" else f" [{unit}]"), no_wrap=True)
+    sequences = [str(sequence) for sequence in table.sequence.values]
+    for index in np.ndindex(*table.lowest_sequence.shape):
+        cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
+        lowest = str(table.lowest_sequence.values[index])
+        if not lowest:
+            shown.add_row(*cells, "no gait", style="red")
+            continue
+        at = (sequences.index(lowest), *index)
+        shown.add_row(*cells, lowest, *(f"{table[n].values[at]:.6g}" for n in ("cost_of_transport", *measured)))
+    out.print(shown)
+
+
 def print_sweep(table: "xr.Dataset") -> None:
     """Print the cost of transport of each sequence over the axes, the lowest in green, and the reasons of failures."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     sequences = [str(sequence) for sequence in table.sequence.values]
+    if "lowest_sequence" in table and (_name_measures(table) or len(sequences) > MOST_COLUMNS):
+        _print_lowest(table, axes)
+    if len(sequences) > MOST_COLUMNS:
+        _print_reasons(table)
+        return
     shown = Table(box=box.SIMPLE, pad_edge=False, title="cost of transport", title_justify="left")
     for name in axes:
         unit = table[name].attrs.get("units", "1")
@@ -129,6 +161,11 @@ def print_sweep(table: "xr.Dataset") -> None:
                 cells.append(Text(str(status[(number, *index)]), style="red"))
         shown.add_row(*cells)
     out.print(shown)
+    _print_reasons(table)
+
+
+def _print_reasons(table: "xr.Dataset") -> None:
+    """Print the first reasons why points of a sweep have no gait."""
     reasons = sorted({str(reason) for reason in table.reason.values.ravel() if reason})
     for reason in reasons[:5]:
         out.print(reason, soft_wrap=True)

@@ -53,10 +53,10 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
     out.print(table)
 
 
-def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dict[str, Any]:
+def basin_facts(table: "xr.Dataset", engine: Engine | None = None, share: float | None = None) -> dict[str, Any]:
     """Return a basin as plain data; `share` is the fraction of starts that end in the saved gait."""
     return {
-        "engine": engine.name,
+        **({} if engine is None else {"engine": engine.name}),
         "robot": basin_key(table)["robot"],
         "complete": bool(table.attrs["complete"]),
         "axes": basin_key(table)["axes"],
@@ -66,13 +66,14 @@ def basin_facts(table: "xr.Dataset", engine: Engine, share: float | None) -> dic
     }
 
 
-def print_basin(table: "xr.Dataset", engine: Engine, share: float | None) -> None:
+def print_basin(table: "xr.Dataset", engine: Engine | None = None, share: float | None = None) -> None:
     """Print the fraction of starts with each ending, and of those that end in the saved gait."""
     for label, fraction in ending_shares(table).items():
         out.print(f"{100 * fraction:6.2f} %  {label}")
     if share is not None:
         out.print(f"{100 * share:6.2f} %  in the saved gait")
-    out.print(f"engine {engine.name}")
+    if engine is not None:
+        out.print(f"engine {engine.name}")
 
 
 def _multipliers(cycle: Cycle) -> list[str]:

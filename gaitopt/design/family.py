@@ -68,10 +68,14 @@ class Family:
             problem.sequence.require_closed("A Family")
             if problem.robot is not problems[0].robot:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
-            if problem.free != problems[0].free or not problem.free:
+            if not problems[0].free:
                 raise InputError(
-                    f"All problems of a Family must have the same free parameters, and at least one: problem "
-                    f"{number} has free={problem.free}, problem 1 has free={problems[0].free}."
+                    "The problems of a Family must have free parameters, at least one: problem 1 has none."
+                )
+            if problem.free != problems[0].free:
+                raise InputError(
+                    f"All problems of a Family must have the same free parameters: problem {number} has "
+                    f"free={problem.free}, problem 1 has free={problems[0].free}."
                 )
         object.__setattr__(self, "problems", problems)
         object.__setattr__(self, "weights", self._normalise_weights(len(problems)))

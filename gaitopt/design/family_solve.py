@@ -14,7 +14,7 @@ from gaitopt.design.family_gaits import FamilyGaits
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
-from gaitopt.ocp.initial.solution_transfer import transfer_solution
+from gaitopt.ocp.initial.solution_transfer import solution_of, transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.joint_nlp import SHARE_OF_SUM, JointLayout, join_nlps
@@ -25,6 +25,7 @@ from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
 from gaitopt.ocp.solution.single_start import assemble_gait
 from gaitopt.ocp.solver import solve
+from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.ocp.transcription.collocation import Collocation
@@ -66,7 +67,10 @@ def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> 
             break
         if change < SAME_DESIGN:
             break
-        result = _solve_each(family, [WarmStart(gait) for gait in joint.gaits], joint.design, observer)
+        # The optimal parameters hardly change: the grids that were refined for the gaits are still suitable.
+        result = _conclude(family, joint.gaits, joint.design)
+        if change >= NEAR_DESIGN or not result.status.ok:
+            result = _solve_each(family, [WarmStart(gait) for gait in joint.gaits], joint.design, observer)
         best = result if number == 0 or result.status.ok else best
         if change < NEAR_DESIGN or not result.status.ok:
             break
@@ -163,13 +167,23 @@ class _Member:
         """Indices of the shared unknowns."""
         return tuple(self.transcription.variables[Unknown.DESIGN][:, 0].tolist())
 
-    def read(self, outcome: NlpResult) -> Gait:
-        """Return the gait of a result."""
-        solution = GridSolution(
-            self.problem.without_guess(), self.method, self.transcription, self.limits, self.data, outcome
-        )
+    def read(self, outcome: NlpResult, gait: Gait) -> Gait:
+        """Return the gait of a result with its parameters fixed, on the grid that was refined for a gait."""
+        values = clip_values(dict(zip(self.problem.free, outcome.x[list(self.shared)], strict=True)), self.problem.free)
+        design = {name: float(value) for name, value in values.items()}
+        problem = self.problem.fix_parameters(design).without_guess()
         structure = self.transcription.structure
-        return assemble_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
+        transcription = transcribe_problem(problem, self.method, structure.schedule)
+        known = solution_of(self.transcription, outcome)
+        x, multipliers = transfer_solution(known, transcription, np.zeros(transcription.variables.size))
+        limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x)
+        objective, g = (np.asarray(value).ravel() for value in transcription.nlp.values(x, data))
+        outcome = replace(outcome, x=x, g=g, objective=float(objective[0]), multipliers=multipliers, data=None)
+        solution = GridSolution(problem, self.method, transcription, limits, data, outcome)
+        if math.isfinite(problem.transcription.tolerance):
+            solution = solution.check_plan()
+        result = assemble_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
+        return result.replace_fields(solver=result.solver.replace_fields(cost_error=gait.solver.cost_error))
 
 
 def _solve_jointly(
@@ -186,10 +200,13 @@ def _solve_jointly(
     data = np.concatenate([*(member.data for member in members), weights])
     x, multipliers = _initial_point(layout, members, weights)
     outcome = solver.minimise(join_nlps(layout), x, data, _join_bounds(layout, members), observer, multipliers, barrier)
-    gaits = [member.read(_part(layout, outcome, i, weights[i])) for i, member in enumerate(members)]
+    results = [
+        member.read(_part(layout, outcome, i, weights[i]), gait)
+        for i, (member, gait) in enumerate(zip(members, gaits, strict=True))
+    ]
     names = list(family.problems[0].free)
-    design = {name: gaits[0].motion.parameters[name] for name in names}
-    joint = _conclude(family, gaits, design)
+    design = {name: results[0].motion.parameters[name] for name in names}
+    joint = _conclude(family, results, design)
     return replace(joint, status=outcome.status, message=outcome.message, iterations=outcome.iterations)
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
-from gaitopt.design.scenario_test import ScenarioWalker, Walk, walk_scenarios, worst_walk
+from gaitopt.design.scenario_test import ScenarioSimulator, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
@@ -63,6 +63,10 @@ class RobustPlan:
     nominal_law: Law = field(repr=False)
     chosen: tuple[Scenario, ...]
     violated: Walk | None
+
+    def __repr__(self) -> str:
+        robust = "robust" if self.robust else f"not robust: {self.violated!r}"
+        return f"RobustPlan({self.gait!r}, {len(self.chosen)} scenarios added, {robust}, premium {self.premium:.3g})"
 
     @property
     def robust(self) -> bool:
@@ -134,7 +138,7 @@ def solve_scenarios(
     tuned, tuning_law = _tune(gait, [], law, limit, search)
     nominal, nominal_law, chosen = gait, tuning_law, list[Scenario]()
     for _ in range(MOST_ROUNDS + 1):
-        walker = ScenarioWalker(gait, tuning_law, scenarios, default_engine(tuning_law, gait.robot), scenarios.seed)
+        walker = ScenarioSimulator(gait, tuning_law, scenarios, default_engine(tuning_law, gait.robot), scenarios.seed)
         violated = worst_walk(walk_scenarios(walker, scenarios.candidates(), execution), scenarios.tolerance)
         if violated is None or violated.scenario in chosen or len(chosen) == MOST_ROUNDS:
             break

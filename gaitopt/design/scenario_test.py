@@ -79,7 +79,7 @@ class ScenarioTest:
 
 @check_arguments
 @dataclass(frozen=True, eq=False)
-class ScenarioWalker:
+class ScenarioSimulator:
     """A gait under a law, and its walks in scenarios.
 
     Attributes
@@ -96,7 +96,7 @@ class ScenarioWalker:
     >>> from gaitopt import ScipyEngine, feedforward, load
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> law = feedforward(gait.robot, gait.motion)
-    >>> walker = ScenarioWalker(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
+    >>> walker = ScenarioSimulator(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
     >>> walker.walk(Scenario()).distance < 1e-4
     True
     """
@@ -135,7 +135,7 @@ class ScenarioWalker:
 
 
 @check_arguments
-def walk_scenarios(walker: ScenarioWalker, scenarios: Sequence[Scenario], execution: Execution) -> list[Walk]:
+def walk_scenarios(walker: ScenarioSimulator, scenarios: Sequence[Scenario], execution: Execution) -> list[Walk]:
     """Return the walks in some scenarios, in order.
 
     Raises
@@ -148,13 +148,13 @@ def walk_scenarios(walker: ScenarioWalker, scenarios: Sequence[Scenario], execut
     >>> from gaitopt import ScipyEngine, feedforward, load
     >>> gait = load("docs/examples/compass_slip.h5")
     >>> law = feedforward(gait.robot, gait.motion)
-    >>> walker = ScenarioWalker(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
+    >>> walker = ScenarioSimulator(gait, law, Scenarios(steps=2), ScipyEngine(), 0)
     >>> [walk.steps for walk in walk_scenarios(walker, [Scenario({"friction": 0.01})], Execution())]
     [0]
     """
     tasks = [Task(f"{number:06d}", scenario) for number, scenario in enumerate(scenarios)]
     walks: dict[str, Walk] = {}
-    for done in run_tasks(ScenarioWalker.walk, tasks, walker, execution=execution):
+    for done in run_tasks(ScenarioSimulator.walk, tasks, walker, execution=execution):
         if done.failure:
             raise GaitoptError(f"A scenario was not computed: {done.failure}.")
         walks[done.task.key] = done.result
@@ -198,7 +198,7 @@ def check_scenarios(
     2
     """
     engine, execution = engine or default_engine(law, gait.robot), execution or Execution()
-    walker = ScenarioWalker(gait, law, scenarios, engine, seed)
+    walker = ScenarioSimulator(gait, law, scenarios, engine, seed)
     plain = walk_scenarios(walker, scenarios.draw(count, seed, pushed=False), execution)
     pushed = []
     if scenarios.push:

@@ -39,6 +39,11 @@ def controller_header(prefix: str, law: Law) -> str:
             "/* Torque at a sample: clock [s] since the last touchdown; slide, 1, -1 or 0 as the stance foot slides",
             " * forward, backward or not.  Events of the law since the last sample change the state first. */",
             f"{_step_signature(prefix)};",
+            "/* Controller without a structure, for a C Caller block or an S-function: the caller owns all arrays.",
+            f" * state and next have {_state_size(prefix)} entries: the time of the last touchdown, then the latched",
+            " * values.  touchdown is not 0 at the first sample and after every touchdown. */",
+            f"#define {_state_size(prefix)} {1 + max(len(values), 1)}",
+            f"{_update_signature(prefix)};",
             "/* The same for given latched values (NULL if the law has none), without events. */",
             f"{_control_signature(prefix)};",
         ]
@@ -61,6 +66,7 @@ def controller_source(prefix: str, law: Law) -> str:
             + _control_call(prefix, law),
             _begin(prefix, law),
             _step(prefix, law),
+            _update(prefix, law),
         ]
     )
 
@@ -112,6 +118,28 @@ def _step(prefix: str, law: Law) -> str:
   }}
 """
     return f"{_step_signature(prefix)} {{\n{loop}  {prefix}_control(clock, q, v, state->latched, slide, torque);\n}}\n"
+
+
+def _update(prefix: str, law: Law) -> str:
+    return f"""{_update_signature(prefix)} {{
+  {prefix}_state memory;
+  int i;
+  next[0] = touchdown != 0 ? time : state[0];
+  if (touchdown != 0) {prefix}_begin(&memory, q, v);
+  else for (i = 0; i < {max(len(law.memory.values), 1)}; ++i) memory.latched[i] = state[i + 1];
+  {prefix}_step(&memory, time - next[0], q, v, slide, torque);
+  for (i = 0; i < {max(len(law.memory.values), 1)}; ++i) next[i + 1] = memory.latched[i];
+}}
+"""
+
+
+def _state_size(prefix: str) -> str:
+    return f"{prefix.upper()}_STATE_SIZE"
+
+
+def _update_signature(prefix: str) -> str:
+    arguments = "double time, double touchdown, const double *q, const double *v, double slide"
+    return f"void {prefix}_update(const double *state, {arguments}, double *next, double *torque)"
 
 
 def _control_signature(prefix: str) -> str:

@@ -1,6 +1,8 @@
 """Fast numerical calls of CasADi Functions, without conversions and with preallocated arrays."""
 
+from itertools import accumulate
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
@@ -37,21 +39,26 @@ class FastCall:
     def __init__(self, function: ca.Function, *fixed: Any, shared: np.ndarray | None = None) -> None:
         self._buffer, self._call = function.buffer()
         # CasADi stores pointers to this memory, which must exist as long as the buffer.
-        free, sizes = function.n_in() - len(fixed), [function.nnz_in(i) for i in range(function.n_in())]
-        self._packed = np.zeros(sum(sizes[:free])) if shared is None else shared
-        inputs = (*_split(self._packed, sizes[:free]), *map(np.zeros, sizes[free:]))
-        sizes = [function.nnz_out(i) for i in range(function.n_out())]
-        self._result = np.zeros(sum(sizes))
-        self._outputs = _split(self._result, sizes)
-        for i, array in enumerate(inputs):
+        inputs_of, outputs_of = _memory_layout(function)
+        count = len(inputs_of) - len(fixed)
+        free_size = inputs_of[count - 1].stop if count else 0
+        if shared is not None and (not shared.flags.c_contiguous or shared.shape != (free_size,)):
+            raise InputError(
+                f"Shared memory must be a contiguous array of {free_size} numbers, got one of shape {shared.shape}."
+            )
+        self._packed = np.zeros(free_size) if shared is None else shared
+        self._result = np.zeros(outputs_of[-1].stop if outputs_of else 0)
+        self._free = tuple([self._packed[part] for part in inputs_of[:count]])
+        self._fixed = tuple([np.zeros(part.stop - part.start) for part in inputs_of[count:]])
+        self._outputs = tuple([self._result[part] for part in outputs_of])
+        for array, value in zip(self._fixed, fixed, strict=True):
+            array[:] = value
+        for i, array in enumerate(self._free + self._fixed):
             if array.size:
                 self._buffer.set_arg(i, array.data)
         for i, array in enumerate(self._outputs):
             if array.size:
                 self._buffer.set_res(i, array.data)
-        for array, value in zip(inputs[free:], fixed, strict=True):
-            array[:] = value
-        self._free, self._fixed = inputs[:free], inputs[free:]
 
     def __call__(self, *values: Any) -> tuple[np.ndarray, ...]:
         """Return the outputs for the free inputs."""
@@ -77,11 +84,19 @@ class FastCall:
         return self._result
 
 
-def _split(whole: np.ndarray, sizes: list[int]) -> tuple[np.ndarray, ...]:
-    """Return the consecutive parts of a contiguous array with some sizes."""
-    if not whole.flags.c_contiguous or whole.shape != (sum(sizes),):
-        raise InputError(
-            f"Shared memory must be a contiguous array of {sum(sizes)} numbers, got an array of shape {whole.shape}."
+def _memory_layout(function: ca.Function) -> tuple[list[slice], list[slice]]:
+    """Return the places of the inputs and of the outputs of a Function, one after the other, in two arrays."""
+    if function not in _LAYOUTS:
+        _LAYOUTS[function] = (
+            _consecutive([function.nnz_in(i) for i in range(function.n_in())]),
+            _consecutive([function.nnz_out(i) for i in range(function.n_out())]),
         )
-    ends = np.cumsum(sizes)
-    return tuple(whole[end - size : end] for size, end in zip(sizes, ends, strict=True))
+    return _LAYOUTS[function]
+
+
+_LAYOUTS: WeakKeyDictionary[ca.Function, tuple[list[slice], list[slice]]] = WeakKeyDictionary()
+
+
+def _consecutive(sizes: list[int]) -> list[slice]:
+    """Return the places of consecutive parts with some sizes."""
+    return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]

@@ -17,6 +17,8 @@ from gaitopt.motion.gait import Violation as Violation
 from gaitopt.motion.motion import Jump as Jump
 from gaitopt.motion.motion import Motion as Motion
 from gaitopt.motion.motion import Segment as Segment
+from gaitopt.motion.motion_fit import CoordinateFit as CoordinateFit
+from gaitopt.motion.motion_fit import MotionFit as MotionFit
 from gaitopt.motion.nlp_solution import Solution as Solution
 from gaitopt.motion.nlp_solution import Table as Table
 from gaitopt.motion.phase_sequence import PhaseSequence as PhaseSequence
@@ -26,4 +28,6 @@ from gaitopt.motion.planar_motion import PlanarEvent as PlanarEvent
 from gaitopt.motion.planar_motion import PlanarMotion as PlanarMotion
 from gaitopt.motion.planar_motion import PlanarSegment as PlanarSegment
 from gaitopt.motion.proposal import Proposal as Proposal
+from gaitopt.motion.recorded_motion import RecordedMotion as RecordedMotion
+from gaitopt.motion.recorded_motion import read_motion as read_motion
 from gaitopt.motion.summary import summarise as summarise

@@ -23,7 +23,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.gait_schema import check_gait_content
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
-from gaitopt.motion.motion_archive import read_motion, write_motion
+from gaitopt.motion.motion_archive import read_motion_group, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait, PlanarVerification, check_any_gait
@@ -202,7 +202,7 @@ def _read_content(file: h5py.Group) -> AnyGait:
             robot=read_robot(file, name, None),
             verification=_read_verification(file, PlanarVerification),
         )
-    motion = read_motion(file["motion"])
+    motion = read_motion_group(file["motion"])
     return Gait(
         **fields,
         sequence=ContactSequence.parse(sequence),

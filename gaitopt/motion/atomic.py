@@ -15,16 +15,22 @@ GAIT_SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
 
 
 @contextmanager
-def write_atomically(path: str | Path) -> Iterator[Path]:
+def write_atomically(path: str | Path, *, heading: str | None = None) -> Iterator[Path]:
     """Yield a temporary path beside `path` that replaces it if the block succeeds, and is removed if it fails.
 
     The file reaches the disk before it is renamed, and the folder after: also if the machine loses its power, `path`
     holds the old content or the new one.  A symbolic link is followed, and a file that exists keeps its permissions.
 
+    Parameters
+    ----------
+    path : str or Path
+    heading : str, optional
+        Text with which the Python modules begin that may be replaced.
+
     Raises
     ------
     InputError
-        If `path` has the suffix of a Python script.
+        If `path` has the suffix of a Python script, and is not a module that begins with `heading`.
     ArchiveError
         If the folder is missing or not writable, or `path` is a device, a pipe, a folder or a read-only file.
 
@@ -36,7 +42,7 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
     'whole'
     >>> Path("note.txt").unlink()
     """
-    target = _resolve_target(Path(path))
+    target = _resolve_target(Path(path), heading)
     temporary = _temporary(target, Path(path))
     try:
         yield temporary
@@ -51,9 +57,9 @@ def write_atomically(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _resolve_target(path: Path) -> Path:
+def _resolve_target(path: Path, heading: str | None = None) -> Path:
     """Return the file that is written for a path, behind symbolic links; raise an error if it must not be replaced."""
-    if path.suffix.lower() == ".py":
+    if path.suffix.lower() == ".py" and not _is_replaceable(path, heading):
         raise InputError(f"Cannot write {path}: the suffix '.py' is that of a script, which is not overwritten.")
     try:
         target = Path(os.path.realpath(path))
@@ -149,6 +155,13 @@ def check_gait_suffix(path: Path) -> None:
         raise InputError(
             f"{error} CSV, JSON and C files are written by 'gaitopt export' or write_csv, write_torques and write_c."
         ) from None
+
+
+def _is_replaceable(script: Path, heading: str | None) -> bool:
+    """Return whether a Python file may be written: there is none, or its text begins with a heading."""
+    if heading is None:
+        return False
+    return not script.exists() or (script.is_file() and script.read_bytes().startswith(heading.encode()))
 
 
 def _temporary(target: Path, path: Path) -> Path:

@@ -22,6 +22,7 @@ READERS = {
     "branch diagram": "load_diagram reads it",
     "diagram of optimal gaits": "load_optima reads it",
     "front": "load_front reads it, and load_front_gait its gaits",
+    "gait of several steps": "gaitopt.ocp.load_steps reads it",
 }
 """Functions that read each kind of file."""
 

@@ -71,7 +71,7 @@ def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, st
         dataset.attrs["unit"] = unit
 
 
-def read_motion(group: h5py.Group) -> Motion:
+def read_motion_group(group: h5py.Group) -> Motion:
     """Read what :func:`write_motion` wrote into a group."""
     return Motion(
         angles=tuple(json.loads(group.attrs["angles"])),

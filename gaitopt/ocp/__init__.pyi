@@ -7,6 +7,8 @@ from gaitopt.ocp.multicontact.planar_limits import PlanarLimits as PlanarLimits
 from gaitopt.ocp.multicontact.planar_objective import PlanarInstant as PlanarInstant
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem as PlanarProblem
 from gaitopt.ocp.multicontact.planar_solver import solve_planar as solve_planar
+from gaitopt.ocp.multistep.multistep_file import load_steps as load_steps
+from gaitopt.ocp.multistep.multistep_file import save_steps as save_steps
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait as MultiStepGait
 from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem as MultiStepProblem
 from gaitopt.ocp.multistep.multistep_problem import state_after_touchdown as state_after_touchdown
@@ -14,6 +16,7 @@ from gaitopt.ocp.multistep.multistep_solver import solve_steps as solve_steps
 from gaitopt.ocp.nlp.active_set import Newton as Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt as Ipopt
 from gaitopt.ocp.problem import GaitProblem as GaitProblem
+from gaitopt.ocp.problem_definition import restore_problem as restore_problem
 from gaitopt.ocp.provenance import ScriptRecord as ScriptRecord
 from gaitopt.ocp.solution.passive_gait import passive_cycle as passive_cycle
 from gaitopt.ocp.solver import solve as solve

@@ -13,6 +13,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
+from gaitopt.ocp.solution.radius_conflict import report_radius_conflict
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -28,7 +29,11 @@ if TYPE_CHECKING:
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 RETRIES = 3
-"""Number of further starts that are tried if none has converged."""
+"""Number of further starts that are tried if none has converged.
+
+With a bound of the spectral radius there are none: other starts are farther from a stable gait than the optimum
+without the bound.
+"""
 
 INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
@@ -100,7 +105,9 @@ def solve(
     Returns
     -------
     Gait or PlanarGait
-        A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.
+        A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.  The file
+        of a failed solve contains the problem, which ``gaitopt solve FILE`` or
+        :func:`gaitopt.ocp.restore_problem` repeats.
 
     Raises
     ------
@@ -117,12 +124,29 @@ def solve(
     >>> gait.status.ok, round(gait.step_length, 6)
     (True, 0.45)
     """
-    if not isinstance(problem, GaitProblem):
+    if isinstance(problem, GaitProblem):
+        gait: Gait | PlanarGait = _solve_problem(problem, starts, solver, homotopy, observer)
+    else:
         from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
         from gaitopt.ocp.multicontact.planar_solver import solve_planar
 
         check_type("problem", problem, PlanarProblem, "a GaitProblem(...) or a PlanarProblem(...)")
-        return solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
+        gait = solve_planar(problem, starts=1 if starts is None else starts, solver=solver, observer=observer)
+    if gait.status.ok:
+        return gait
+    from gaitopt.ocp.problem_definition import record_definition
+
+    return record_definition(gait, problem)
+
+
+def _solve_problem(
+    problem: GaitProblem,
+    starts: int | None,
+    solver: NlpSolver | None,
+    homotopy: "Homotopy | None",
+    observer: SolveObserver,
+) -> Gait:
+    """Find the gait of a robot with one foot on the ground, or conclude why there is none."""
     check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     if isinstance(solver, Newton | Ipopt):
@@ -138,9 +162,13 @@ def solve(
         return conclusions[0]
     if any(gait.status.ok or gait.status is Status.INTERRUPTED for gait in (*gaits, *conclusions)):
         return _best([*gaits, *conclusions])
-    while not _is_finished(gaits, conclusions, starts or 1):
+    while not _is_finished(gaits, conclusions, starts or 1, _count_retries(problem)):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
+
+
+def _count_retries(problem: GaitProblem) -> int:
+    return RETRIES if problem.stability is None else 0
 
 
 def _is_new(problem: GaitProblem) -> bool:
@@ -150,10 +178,11 @@ def _is_new(problem: GaitProblem) -> bool:
 
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
     """Solve a problem from the optimal gait without its bound of the spectral radius."""
-    gait = solve(problem.replace(stability=None), starts=starts, solver=solver, observer=observer)
+    gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if not gait.status.ok:
         return gait
-    return solve(problem.replace(guess=WarmStart(gait)), starts=starts, solver=solver, observer=observer)
+    bounded = _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)
+    return report_radius_conflict(problem, bounded, gait) if bounded.status in RETRY else bounded
 
 
 def _solve_first(
@@ -166,7 +195,7 @@ def _solve_first(
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
-    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + RETRIES))]
+    guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + _count_retries(problem)))]
     conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
         others = listed[1:] if conclusion.status.ok else []
@@ -206,13 +235,13 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
     return solver
 
 
-def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int) -> bool:
+def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int = RETRIES) -> bool:
     """Return whether no further start is tried."""
     if not gaits:
         return False
     if any(not gait.status.ok and gait.status not in RETRY for gait in (gaits[-1], *conclusions)):
         return True
-    return len(gaits) >= (starts if any(gait.status.ok for gait in (*gaits, *conclusions)) else starts + RETRIES)
+    return len(gaits) >= (starts if any(gait.status.ok for gait in (*gaits, *conclusions)) else starts + retries)
 
 
 def _best(gaits: list[Gait]) -> Gait:

@@ -29,8 +29,9 @@ HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
-KEY_LETTERS, SEQUENCE_LETTERS = 18, 80
-"""Letters in a line of a key beside its panel, and of the contact sequence in the title."""
+KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
+"""Letters in a line of a key beside its panel, and per inch of the title; lines of a title that have space, and the
+height of each further one [inch]."""
 
 EXTRA_ROW = 1.45
 """Height of each panel beyond four [inch]."""
@@ -144,8 +145,11 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     warned, titled = failed is not None, style.titled and bool(title)
+    lines = [textwrap.fill(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines()]
+    title = "\n".join(lines)
     with rc_context(style.settings):
-        above = TITLE_HEIGHT if titled else TITLE_HEIGHT / 2
+        more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
+        above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
         height = _total_height(view, style) + warned * WARNING_HEIGHT + above - TITLE_HEIGHT
         figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
         if titled:
@@ -184,8 +188,7 @@ def _describe(gait: AnyGait, title: str | None) -> str:
     verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    sequence = textwrap.fill(f"{gait.sequence}{where}{verified}", SEQUENCE_LETTERS)
-    return f"{first}\n{sequence}\n{', '.join(facts)}"
+    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:

@@ -27,7 +27,7 @@ def show_invalid_math(figure: "Figure") -> None:
             words = text.get_text()
             if replace_controls(words) != words:
                 text.set_text(replace_controls(words))
-            if "$" in words and not _is_valid_math(words):
+            if "$" in words and not all(_is_valid_math(line) for line in words.splitlines()):
                 text.set_parse_math(False)
 
 

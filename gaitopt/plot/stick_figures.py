@@ -12,10 +12,12 @@ from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, force_handles, walker_height
 from gaitopt.plot.ground_line import draw_ground
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, contact_color
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 INSTANTS = 9
@@ -69,7 +71,7 @@ def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSamp
 
 
 def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -> None:
-    """Draw a step as a row of stick figures on its slope, with time stamps and the slides of the stance foot.
+    """Draw a step as a row of stick figures on its slope, with contact forces, times, and slides of the stance foot.
 
     Parameters
     ----------
@@ -85,11 +87,13 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
     spacing = _spacing(figures)
     shifts = spacing * np.arange(len(instants), dtype=float)
+    height = walker_height(figures)
     for instant, shift in zip(instants, shifts, strict=True):
+        draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
         _draw_walker(axes, motion, instant, shift, slope)
     _draw_grounds(axes, motion, figures, shifts)
     _draw_labels(axes, motion, instants, shifts, slope)
-    _draw_key(axes, motion, columns=2 if count == INSTANTS else 1)
+    _draw_key(axes, motion, columns=4 if count == INSTANTS else 2)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
     axes.axis("off")
@@ -223,16 +227,18 @@ def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
 
 
 def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
-    """Name the legs above the figures, and state that their distances are not those of the walker."""
+    """Name the legs and forces above the figures."""
     from matplotlib.lines import Line2D
 
-    legs, names = [], []
+    legs: list[Artist] = []
+    names: list[str] = []
     for contact in sorted({contact for contact in motion.link_contacts if contact is not None}):
         color, width, _ = leg_look(motion, contact)
         legs.append(Line2D([], [], color=color, linewidth=width))
         names.append(motion.contacts[contact].leg)
     if not legs:
         return
-    names[-1] += " (instants drawn side by side)"
+    if motion.loaded:
+        legs, names = [*legs, *force_handles()], [*names, *LABELS]
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}
-    axes.legend(legs, names, ncols=min(columns, len(legs)), **place)
+    axes.legend(legs, names, ncols=columns, **place)

@@ -25,6 +25,9 @@ LINES = (
     ("#E69F00", "-"),
     ("#56B4E9", (0, (5, 1.5))),
 )
+AREA_SHADE = 0.55
+"""Share of the colour of a line in that of an area, so that lines and letters on it are readable."""
+
 NARROW = 5.0
 """Width of a figure below which it is laid out for a column of a journal [inch]."""
 
@@ -169,6 +172,20 @@ def line_style(number: int) -> dict[str, Any]:
     rounds, place = divmod(number, len(LINES))
     color, dashes = LINES[place]
     return {"color": color, "linestyle": DASHES[(DASHES.index(dashes) + rounds) % len(DASHES)]}
+
+
+def area_color(number: int) -> str:
+    """Return the colour of areas of the n-th kind, from 0: that of the n-th line, mixed with white.
+
+    Examples
+    --------
+    >>> area_color(0)
+    '#73b2d6'
+    """
+    from matplotlib.colors import to_hex, to_rgb
+
+    red, green, blue = (1 - AREA_SHADE * (1 - part) for part in to_rgb(line_style(number)["color"]))
+    return to_hex((red, green, blue))
 
 
 def contact_color(number: int) -> str:

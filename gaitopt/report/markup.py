@@ -72,9 +72,10 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = (), *, name: str)
     cells = [
         element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows
     ]
-    top = element("thead", element("tr", *(element("th", title, scope="col") for title in head))) if head else None
+    titles = [element("th", title, scope="col") if title else element("td") for title in head]
+    top = element("thead", element("tr", *titles)) if head else None
     filled = element("table", top, element("tbody", *cells))
-    return element("div", filled, class_="scrolls", role="region", tabindex=0, aria_label=name)
+    return element("div", filled, class_="scrolls", role="group", tabindex=0, aria_label=name)
 
 
 def points(*places: tuple[float, float]) -> str:

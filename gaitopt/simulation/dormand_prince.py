@@ -91,6 +91,16 @@ class StepPolynomial:
         y += self._start
         return y
 
+    def at_times(self, times: Array) -> Array:
+        """Return the states at several times, shape (K, n); they are those of single calls to the last bit."""
+        x = ((times - self.t_old) / (self.t - self.t_old))[:, None]
+        factors, y = (x, 1 - x), np.zeros((times.size, self._start.size))
+        for i, coefficient in enumerate(self._coefficients):
+            y += coefficient
+            y *= factors[i % 2]
+        y += self._start
+        return y
+
 
 class DormandPrince:
     """Integrator of an initial value problem y' = f(t, y) forward in time, step by step.
@@ -112,6 +122,8 @@ class DormandPrince:
     ----------
     t : float [s]
     y : (n,) array
+    t_old, y_old
+        Time and state before the last step.
     status : str
         ``"running"``, ``"finished"``, or ``"failed"`` if the step has become too small.
 
@@ -138,7 +150,7 @@ class DormandPrince:
         self._rate, self._end = rate, end
         self._relative, self._absolute = max(relative, SMALLEST_TOLERANCE), absolute
         self.t, self.y, self.status = t, np.asarray(y, dtype=float), "running"
-        self._t_old, self._y_old = t, self.y
+        self.t_old, self.y_old = t, self.y
         self._slope = rate(t, self.y)
         self._stages = np.empty((ALL_STAGES, self.y.size))
         self._length = self._estimate_first_step() if first_step is None else first_step
@@ -149,7 +161,7 @@ class DormandPrince:
         smallest = 10 * abs(math.nextafter(t, math.inf) - t)
         length = max(self._length, smallest)
         if t == self._end:
-            self._t_old, self._y_old, self.status = t, y, "finished"
+            self.t_old, self.y_old, self.status = t, y, "finished"
             return
         rejected = False
         while length >= smallest:
@@ -160,7 +172,7 @@ class DormandPrince:
             if error < 1:
                 factor = LARGEST_FACTOR if error == 0 else min(LARGEST_FACTOR, SAFETY * error**-0.125)
                 self._length = length * (min(1.0, factor) if rejected else factor)
-                self._t_old, self._y_old, self.t, self.y, self._slope = t, y, t_new, y_new, slope
+                self.t_old, self.y_old, self.t, self.y, self._slope = t, y, t_new, y_new, slope
                 if t_new >= self._end:
                     self.status = "finished"
                 return
@@ -170,15 +182,15 @@ class DormandPrince:
 
     def dense_output(self) -> StepPolynomial:
         """Return the interpolating polynomial of the last step."""
-        stages, h, start = self._stages, self.t - self._t_old, self._y_old
+        stages, h, start = self._stages, self.t - self.t_old, self.y_old
         for s, c in enumerate(C_DENSE, STAGES + 1):
-            stages[s] = self._rate(self._t_old + c * h, start + np.dot(stages[:s].T, A_DENSE[s - STAGES - 1, :s]) * h)
+            stages[s] = self._rate(self.t_old + c * h, start + np.dot(stages[:s].T, A_DENSE[s - STAGES - 1, :s]) * h)
         coefficients, change = np.empty((7, start.size)), self.y - start
         coefficients[0] = change
         coefficients[1] = h * stages[0] - change
         coefficients[2] = 2 * change - h * (self._slope + stages[0])
         coefficients[3:] = h * np.dot(D, stages)
-        return StepPolynomial(self._t_old, self.t, start, coefficients)
+        return StepPolynomial(self.t_old, self.t, start, coefficients)
 
     def _advance(self, h: float) -> tuple[Array, Array]:
         """Return the state after a step and its rate."""

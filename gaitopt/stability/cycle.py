@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.errors import InputError
+from gaitopt.lazy import Deferred, LazyField, LazyRecord
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import Ledger, ledger
@@ -22,7 +23,7 @@ from gaitopt.stability.section import Section
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Cycle:
+class Cycle(LazyRecord):
     """A periodic gait and its stability.
 
     Attributes
@@ -52,7 +53,7 @@ class Cycle:
     drift : float [m/s]
         Change of the foot speed over the period: 0 unless the gait slips throughout (relative periodicity).
     critical_friction : CriticalFriction or None
-        None if the gait slips.
+        None if the gait slips; evaluated when it is first read.
     impact_ratio : float
         Impulse ratio of the last touchdown.
     energy : Ledger
@@ -83,7 +84,7 @@ class Cycle:
     one_sided: tuple[Array, ...]
     residual: float
     drift: float
-    critical_friction: CriticalFriction | None
+    critical_friction: LazyField[CriticalFriction | None] = LazyField()
     impact_ratio: float
     energy: Ledger
     engine: str
@@ -166,7 +167,7 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
         drift=0.0
         if not slips_throughout(last.modes, last.impact.mode)
         else float(last.following[speed] - point.passage.states[0][speed]),
-        critical_friction=critical_friction(walker, point.passage) if sticks else None,
+        critical_friction=Deferred(lambda: critical_friction(walker, point.passage)) if sticks else None,
         impact_ratio=float(last.impact.impulse[0] / last.impact.impulse[1]),
         energy=ledger(motion),
         engine=walker.engine.name,

@@ -1,5 +1,6 @@
 """Fixed points of return maps by Newton's method with exact derivatives."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ from gaitopt.stability.return_map import Passage, ReturnMap
 
 RESIDUAL_FLOOR = 1e-15
 """Residual below which the iteration ends."""
+SHRINKING = 0.9
+"""An iteration shrinks to zero if it reduces the residual to less than this fraction, but the ratio of the residual to
+the point to more than this fraction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,12 +31,15 @@ class FixedPointOptions:
         Smallest damping s tried.
     reduction : float
         Ratio of a damping s to the next smaller one tried.
+    accept_zero : bool
+        Whether z = 0 is an accepted fixed point; otherwise an iteration that shrinks to it ends early.
     """
 
     tolerance: float = 1e-11
     max_iterations: int = 25
     smallest_step: float = 1 / 64
     reduction: float = 2
+    accept_zero: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +91,14 @@ def find_fixed_point(
     passage = passage or return_map(z)
     if passage.end is None:
         return None
-    gap, identity = passage.end - z, np.eye(z.size)
+    gap, identity, history = passage.end - z, np.eye(z.size), []
     for iteration in range(options.max_iterations + 1):
-        matrix, error = return_map.derivative(z, passage), worst(np.abs(gap))
-        if not np.all(np.isfinite(matrix)):
+        error = worst(np.abs(gap))
+        history.append((error, float(np.abs(z).max())))
+        if not options.accept_zero and _shrinks_to_zero(history[-3:]):
+            return None
+        matrix = return_map.derivative(z, passage)
+        if not np.isfinite(matrix).all():
             return None
         last = iteration == options.max_iterations or error <= RESIDUAL_FLOOR
         try:
@@ -105,6 +116,17 @@ def find_fixed_point(
     return None
 
 
+def _shrinks_to_zero(history: list[tuple[float, float]]) -> bool:
+    """Return whether the last two iterations, three pairs of a residual and the largest entry of z, shrink to z = 0.
+
+    Near z = 0 both are reduced by the same factor; near another fixed point the residual is reduced much faster.
+    """
+    return len(history) == 3 and all(
+        SHRINKING * error > reduced and reduced * size > SHRINKING * error * smaller
+        for (error, size), (reduced, smaller) in itertools.pairwise(history)
+    )
+
+
 def _line_search(
     return_map: ReturnMap,
     z: Array,
@@ -117,11 +139,11 @@ def _line_search(
     step, merit = 1.0, deflation.factor(z) * error
     while step >= options.smallest_step:
         trial = z + step * direction
-        if np.all(np.isfinite(trial)) and np.max(np.abs(trial)) < 1e3:
+        if np.abs(trial).max() < 1e3:  # false for nan
             passage = return_map(trial)
             if passage.end is not None:
                 gap = passage.end - trial
-                if deflation.factor(trial) * np.max(np.abs(gap)) < (1 - step / 4) * merit:
+                if deflation.factor(trial) * np.abs(gap).max() < (1 - step / 4) * merit:
                     return trial, passage, gap
         if error <= options.tolerance:
             return None

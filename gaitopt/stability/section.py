@@ -62,6 +62,10 @@ class Section:
         return [entry for entry in self.robot.state_entries.angles if entry != self.dependent_entry]
 
     @functools.cached_property
+    def _shape(self) -> tuple[int]:
+        return (len(self.names),)
+
+    @functools.cached_property
     def _key(self) -> bytes:
         return self.p.tobytes()
 
@@ -80,7 +84,7 @@ class Section:
             If `z` has the wrong shape or is not finite.
         """
         z = np.asarray(z, dtype=float)
-        if z.shape != (len(self.names),) or not np.all(np.isfinite(z)):
+        if z.shape != self._shape or not np.isfinite(z).all():
             raise InputError(
                 f"A point of this section must have {len(self.names)} finite entries {self.names}, got {z.tolist()}."
             )

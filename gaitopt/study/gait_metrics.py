@@ -5,10 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
 
 
+@check_arguments
 @dataclass(frozen=True)
 class GaitMetric:
     """A scalar computed from a gait.
@@ -22,7 +24,12 @@ class GaitMetric:
     meaning : str
         Meaning as a phrase, for legends and tables.
     read : callable
-        Returns the number of a gait.
+        Returns the number of a gait; defined in a module, so that other processes can call it.
+
+    Examples
+    --------
+    >>> GaitMetric("steps_per_minute", "1/min", "number of steps in a minute", lambda gait: 60 / gait.period).unit
+    '1/min'
     """
 
     name: str
@@ -54,6 +61,43 @@ def shortest_phase(gait: Gait) -> float:
     0.0196
     """
     return float(np.min([segment.duration for segment in gait.motion.segments]))
+
+
+def friction_demand(gait: Gait) -> float:
+    """Return the largest ratio of tangential to normal force while the foot sticks; nan for a foot that always slips.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> friction_demand(load("docs/examples/compass_slip.h5")) < 0.14
+    True
+    """
+    ratios = [np.max(np.abs(s.force[0]) / s.force[1]) for s in gait.motion.segments if not s.mode.slips]
+    return float(np.max(ratios)) if ratios else float("nan")
+
+
+def slip_duty(gait: Gait) -> float:
+    """Return the share of the step in which the stance foot slips.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(slip_duty(load("docs/examples/compass_slip.h5")), 4)
+    0.0264
+    """
+    return sum(segment.duration for segment in gait.motion.segments if segment.mode.slips) / gait.period
+
+
+def slip_distance(gait: Gait) -> float:
+    """Return the distance over which the stance foot slips in a step, forward and backward added up [m].
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> round(1e3 * slip_distance(load("docs/examples/compass_slip.h5")), 3)
+    1.362
+    """
+    return sum(abs(segment.slide) for segment in gait.motion.segments if segment.mode.slips)
 
 
 def peak_torques(gait: Gait) -> dict[str, float]:
@@ -97,6 +141,9 @@ MEASURES = (
     GaitMetric(
         "foot_slide", "m", "net forward slide of the stance foot in a step", lambda gait: gait.motion.foot_slide
     ),
+    GaitMetric("slip_distance", "m", "distance of slip in a step, in both directions", slip_distance),
+    GaitMetric("slip_duty", "1", "share of the step in which the foot slips", slip_duty),
+    GaitMetric("friction_demand", "1", "largest tangential over normal force while sticking", friction_demand),
     GaitMetric("force_ratio", "1", "largest tangential over normal contact force", force_ratio),
     GaitMetric("impulse_ratio", "1", "tangential over normal impulse at touchdown", lambda g: g.motion.jumps[0].ratio),
     GaitMetric("actuator_work", "J", "work of the actuators in a step, signed", lambda gait: gait.energy.actuator),

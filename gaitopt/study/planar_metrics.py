@@ -47,12 +47,31 @@ def largest_ratios(gait: PlanarGait) -> Array:
 
 def slides(gait: PlanarGait) -> Array:
     """Return the forward slide of each contact in a period [m], shape (n_c,)."""
+    return np.asarray(np.sum(_slides_by_phase(gait), axis=0), dtype=float)
+
+
+def slip_distances(gait: PlanarGait) -> Array:
+    """Return the distance over which each contact slips in a period, in both directions [m], shape (n_c,)."""
+    return np.asarray(np.sum(np.abs(_slides_by_phase(gait)), axis=0), dtype=float)
+
+
+def _slides_by_phase(gait: PlanarGait) -> list[Array]:
+    """Return the forward slide of each contact in each phase [m]; 0 for a contact that does not slip."""
     robot, p = gait.robot, gait.robot.vector(gait.motion.parameters)
-    total = np.zeros(len(robot.contacts))
+    phases = []
     for segment in gait.motion.segments:
         begin, end = (np.array(robot.gaps(segment.q[:, k], p)[1]).ravel() for k in (0, -1))
-        total += (end - begin) * [mode.slips for _, mode in segment.state.modes]
-    return total
+        phases.append((end - begin) * [mode.slips for _, mode in segment.state.modes])
+    return phases
+
+
+def slip_duties(gait: PlanarGait) -> Array:
+    """Return the share of the period in which each contact slips, shape (n_c,)."""
+    durations = [
+        (segment.time[-1] - segment.time[0]) * np.array([mode.slips for _, mode in segment.state.modes])
+        for segment in gait.motion.segments
+    ]
+    return np.asarray(np.sum(durations, axis=0) / gait.period, dtype=float)
 
 
 def impulses(gait: PlanarGait, direction: int) -> Array:
@@ -80,6 +99,8 @@ PLANAR_MEASURES = (
 
 CONTACT_MEASURES = (
     PlanarMetric("foot_slide", "m", "net forward slide of the contact in a period", slides),
+    PlanarMetric("slip_distance", "m", "distance of slip of the contact, in both directions", slip_distances),
+    PlanarMetric("slip_duty", "1", "share of the period in which the contact slips", slip_duties),
     PlanarMetric("peak_force", "N", "largest normal force of the contact", largest_forces),
     PlanarMetric("force_ratio", "1", "largest tangential over normal force of the contact", largest_ratios),
     PlanarMetric("tangential_impulse", "N s", "tangential impulses of the contact", lambda g: impulses(g, 0)),

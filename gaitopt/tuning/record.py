@@ -92,3 +92,8 @@ class Tuning:
     def stable(self) -> bool:
         """Whether the law stabilises the gait."""
         return self.radius_after < 1
+
+    @property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the gait under the tuned law; empty without a gait."""
+        return () if self.cycle is None else tuple(self.cycle.multipliers.tolist())

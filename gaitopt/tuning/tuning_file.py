@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from gaitopt.motion.atomic import check_suffix, write_atomically
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.summary import plain
 from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
-from gaitopt.tuning.record import Tuning
+from gaitopt.tuning.record import Trial, Tuning
 from gaitopt.version import __version__
 
 FORMAT, VERSION = "gaitopt tuned gains", 1
@@ -35,6 +35,12 @@ class TunedGains:
     objective : str
     radius : float
         Spectral radius of the tuned gait.
+    radius_before : float
+        Spectral radius in open loop; inf without a periodic gait near the plan.
+    multipliers : tuple of complex
+        Those of the tuned gait; empty if there is none.
+    trials : tuple of Trial
+        Evaluations of the search in order.
 
     Examples
     --------
@@ -51,6 +57,13 @@ class TunedGains:
     settings: FamilySettings
     objective: str
     radius: float
+    radius_before: float = math.inf
+    multipliers: tuple[complex, ...] = ()
+    trials: tuple[Trial, ...] = field(default=(), repr=False)
+
+    def __repr__(self) -> str:
+        gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
+        return f"TunedGains({self.family!r}, spectral radius {self.radius:.4g}, {gains})"
 
     def law(self, robot: Robot, motion: Motion, family: ControllerFamily | None = None) -> Law:
         """Return the tuned law for a gait.
@@ -104,8 +117,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     """
     path = Path(path)
     check_suffix(path, {".json": "tuned gains"})
-    limit, cycle = tuned.settings.torque_limit, tuned.cycle
-    multipliers = [] if cycle is None else [[value.real, value.imag] for value in cycle.multipliers.tolist()]
+    limit = tuned.settings.torque_limit
     facts = {
         "format": FORMAT,
         "format_version": VERSION,
@@ -118,7 +130,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         "objective": tuned.objective,
         "radius_before": tuned.radius_before,
         "radius_after": tuned.radius_after,
-        "multipliers": multipliers,
+        "multipliers": [[value.real, value.imag] for value in tuned.multipliers],
         "verified": {
             "starts": tuned.verified.starts,
             "returned": tuned.verified.returned,
@@ -165,7 +177,10 @@ def load_tuning(path: str | Path) -> TunedGains:
                 stance_angle=bool(facts["stance_angle"]),
             ),
             objective=str(facts["objective"]),
-            radius=float(facts["radius_after"]),
+            radius=_finite_or_inf(facts["radius_after"]),
+            radius_before=_finite_or_inf(facts["radius_before"]),
+            multipliers=tuple(complex(*parts) for parts in facts["multipliers"]),
+            trials=tuple(Trial(trial["gains"], _finite_or_inf(trial["objective"])) for trial in facts["trials"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArchiveError(
@@ -174,7 +189,12 @@ def load_tuning(path: str | Path) -> TunedGains:
         ) from None
 
 
+def _finite_or_inf(value: Any) -> float:
+    """Return a number of a file, in which null is infinite."""
+    return math.inf if value is None else float(value)
+
+
 def _limit(value: Any) -> float | dict[str, float]:
     if isinstance(value, dict):
         return {str(name): float(limit) for name, limit in value.items()}
-    return math.inf if value is None else float(value)
+    return _finite_or_inf(value)

@@ -8,7 +8,7 @@ import numpy as np
 from drawing import STYLE
 
 from gaitopt import Execution, GainSearchOptions, GaitProblem, Limits, Scenarios, compass_biped, solve
-from gaitopt.design import Scenario, ScenarioWalker, check_scenarios, solve_scenarios, walk_scenarios
+from gaitopt.design import Scenario, ScenarioSimulator, check_scenarios, solve_scenarios, walk_scenarios
 from gaitopt.simulation import default_engine
 from gaitopt.study import PublishedValue, Reproduction
 
@@ -57,7 +57,7 @@ def _figure(laws, scenarios, execution):
     with STYLE.figure(3.0) as figure:
         axes = figure.subplots()
         for (name, (gait, law)), color in zip(laws.items(), ("#0072B2", "#D55E00"), strict=True):
-            walker = ScenarioWalker(gait, law, scenarios, default_engine(law, gait.robot), 0)
+            walker = ScenarioSimulator(gait, law, scenarios, default_engine(law, gait.robot), 0)
             walks = walk_scenarios(walker, [Scenario({"friction": float(mu)}) for mu in frictions], execution)
             distances = np.array([max(walk.distance, SMALLEST) for walk in walks])
             axes.semilogy(frictions, distances, "o-", color=color, markersize=3, label=name)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from gaitopt.cli.app import MODULES, import_commands
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "gaitopt"
 
@@ -119,7 +121,7 @@ def loaded_by(statement):
     "statement",
     [
         "import gaitopt",
-        "import gaitopt.cli.app",
+        "from gaitopt.cli.app import app",
         "from gaitopt import solve, verify, load, simulate",
     ],
 )
@@ -134,7 +136,15 @@ def test_importing_gaitopt_loads_no_numerics():
 
 
 def test_the_command_line_imports_scipy_and_hdf5_when_they_are_used():
-    assert not loaded_by("import gaitopt.cli.app") & {"scipy", "h5py"}
+    assert not loaded_by("from gaitopt.cli.app import app") & {"scipy", "h5py"}
+
+
+def test_a_command_is_imported_without_the_others():
+    modules = "print(*[name for name in sys.modules if name.startswith('gaitopt.cli.')])"
+    loaded = loaded_by(f"from gaitopt.cli.app import import_commands; import_commands(['solve', 'a.py']); {modules}")
+    assert "gaitopt.cli.solving" in loaded
+    assert not loaded & {"gaitopt.cli.studies", "gaitopt.cli.walking", "gaitopt.cli.exporting"}
+    assert len(import_commands(["--help"])) == len(import_commands([])) == len(MODULES)
 
 
 SOLVE = """

@@ -9,7 +9,6 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / "gaitopt"
 TEMPLATES = PACKAGE / "cli" / "templates"
 FILES = [path for path in sorted(PACKAGE.rglob("*.py")) if TEMPLATES not in path.parents]
-TREES = {path: ast.parse(path.read_text()) for path in FILES}
 
 
 def classes_of(tree):
@@ -42,8 +41,8 @@ def repeated(names):
     return {name: found for name, found in places.items() if len(found) > 1}
 
 
-def test_every_class_has_its_own_name():
-    names = [(name, path) for path, tree in TREES.items() for name in classes_of(tree)]
+def test_every_class_has_its_own_name(trees):
+    names = [(name, path) for path in FILES for name in classes_of(trees[path])]
     assert len(names) > 200
     assert not repeated(names)
 
@@ -54,9 +53,9 @@ def test_every_module_has_its_own_name():
     assert not repeated(names)
 
 
-def test_every_public_function_has_its_own_name():
+def test_every_public_function_has_its_own_name(trees):
     """The commands of the command line have the names of the functions they call."""
-    names = [(name, path) for path, tree in TREES.items() if path.parent.name != "cli" for name in functions_of(tree)]
+    names = [(name, path) for path in FILES if path.parent.name != "cli" for name in functions_of(trees[path])]
     assert len(names) > 300
     assert not repeated(names)
 

@@ -13,7 +13,6 @@ from gaitopt.lazy_exports import exported_names
 
 PACKAGE = Path(__file__).parents[2] / "gaitopt"
 LONGEST, MOST_PARAMETERS = 50, 8
-TREES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def functions_of(tree):
@@ -49,21 +48,21 @@ def calls_of(tree):
                     yield f"{node.name}.{member.name}", member, parameter_count(member, method=True)
 
 
-def test_functions_fit_on_a_screen():
+def test_functions_fit_on_a_screen(trees):
     long = [
         f"{path.relative_to(PACKAGE)}:{function.lineno}: {function.name} has {length(function)} lines"
-        for path, tree in TREES.items()
+        for path, tree in trees.items()
         for function in functions_of(tree)
         if length(function) > LONGEST
     ]
     assert not long, "\n".join(long)
 
 
-def test_public_calls_have_few_parameters():
+def test_public_calls_have_few_parameters(trees):
     """Commands in ``gaitopt/cli`` are exempt: each parameter of a Typer command is a flag."""
     wide = [
         f"{path.relative_to(PACKAGE)}:{function.lineno}: {name} has {count} parameters"
-        for path, tree in TREES.items()
+        for path, tree in trees.items()
         if path.relative_to(PACKAGE).parts[0] != "cli"
         for name, function, count in calls_of(tree)
         if not function.name.startswith("_") or function.name == "__init__"
@@ -72,8 +71,8 @@ def test_public_calls_have_few_parameters():
     assert not wide, "\n".join(wide)
 
 
-def test_the_public_names_are_among_the_calls():
-    names = {name for tree in TREES.values() for name, _, _ in calls_of(tree)}
+def test_the_public_names_are_among_the_calls(trees):
+    names = {name for tree in trees.values() for name, _, _ in calls_of(tree)}
     assert {"solve", "sweep", "ProgressLine.__init__", "ContactSequence.parse"} <= names
     assert "solve" in exported_names("gaitopt.ocp")
 

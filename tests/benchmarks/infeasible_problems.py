@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitopt import GaitProblem, Limits, Margins, compass_biped, solve, verify
+from gaitopt import GaitProblem, Limits, Margins, StabilityBound, compass_biped, solve, verify
 from tests.benchmarks import infeasible_problems_page
 from tests.benchmarks.conftest import timed
 from tests.benchmarks.random_problems import ROOT, versions, write_whole
@@ -23,6 +23,9 @@ COUNT, MOST_DRAWS, SEED = 100, 200, 5
 SEQUENCES = ("stick | stick", "slip+ stick | slip+", "slip+ stick | stick")
 OBJECTIVES = ("cost_of_transport", "torque_squared")
 KINDS = ("torque", "step", "speed")
+
+WIDEST = {"leg_com": (0.05, 1.55), "hip_mass": (0.05, 50.0)}
+"""Bounds of free parameters of the compass biped that are removed [m, kg]."""
 
 RESULTS = ROOT / "docs" / "infeasible_problems.json"
 PAGE = ROOT / "docs" / "infeasible_problems.md"
@@ -83,13 +86,14 @@ def measure(number):
 
 
 def check_conflicts(problem, conflicts):
-    """Return the limits that are named, in groups that suffice, and the statuses of the problems with changed limits.
+    """Return the groups of limits that are named, and the statuses of the problems with changed limits."""
+    return [check_group(problem, group) for group in list_groups(conflicts)]
 
-    Each limit that is enough alone is a group; otherwise all of them are one.
-    """
+
+def list_groups(conflicts):
+    """Return the limits that are named, in groups that suffice: each that is enough alone, otherwise all of them."""
     alone = bool(conflicts) and conflicts[0].separable
-    groups = [[conflict] for conflict in conflicts] if alone else [conflicts] if conflicts else []
-    return [check_group(problem, group) for group in groups]
+    return [[conflict] for conflict in conflicts] if alone else [conflicts] if conflicts else []
 
 
 def check_group(problem, group):
@@ -101,12 +105,18 @@ def check_group(problem, group):
 
 def solve_changed(problem, group, *, removed):
     """Return the status of the verified gait with changed limits; ``"condition"`` if one is not an argument."""
-    for conflict in group:
-        problem = problem and change(problem, conflict, removed=removed)
+    problem = change_all(problem, group, removed=removed)
     if problem is None:
         return "condition"
     gait = solve(problem)
     return (verify(gait) if gait.status.ok else gait).status.key
+
+
+def change_all(problem, group, *, removed):
+    """Return a problem with several limits changed; None if one of them is a condition."""
+    for conflict in group:
+        problem = problem and change(problem, conflict, removed=removed)
+    return problem
 
 
 def change(problem, conflict, *, removed):
@@ -118,6 +128,13 @@ def change(problem, conflict, *, removed):
         actuator = conflict.name.removeprefix("torque limit of ")
         torques = dict(zip(problem.robot.actuators, problem.limits.torques(problem.robot.actuators), strict=True))
         return problem.replace(limits=Limits(torque={**torques, actuator: math.inf if removed else value}))
+    if conflict.setting == "StabilityBound.radius":
+        return problem.replace(stability=None if removed else StabilityBound(radius=value))
+    if conflict.setting == "free":
+        ends = np.array(problem.free[conflict.name])
+        exceeded = int(conflict.limit == ends[1])
+        ends[exceeded] = WIDEST[conflict.name][exceeded] if removed else value
+        return problem.replace(free={**problem.free, conflict.name: tuple(ends.tolist())})
     if conflict.setting == "friction" and not math.isnan(value):
         return problem.replace(friction=math.inf if removed else value)
     if conflict.setting.startswith("Margins.") and not math.isnan(value):
@@ -127,7 +144,7 @@ def change(problem, conflict, *, removed):
     return None
 
 
-def run(count, path):
+def run(count, path, measure=measure, seed=SEED):
     """Compute the rows that a file lacks until it has a number of infeasible problems, and store each one."""
     stored = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {"problems": {}}
     solve(draw_problem(0, "solvable"))  # the first call imports
@@ -137,7 +154,7 @@ def run(count, path):
         if str(number) in stored["problems"]:
             continue
         stored["problems"][str(number)] = measure(number)
-        stored |= {"date": datetime.date.today().isoformat(), "seed": SEED, "versions": versions()}
+        stored |= {"date": datetime.date.today().isoformat(), "seed": seed, "versions": versions()}
         write_whole(path, json.dumps(stored, indent=1) + "\n")
         print(number, json.dumps(stored["problems"][str(number)]), flush=True)
     return stored

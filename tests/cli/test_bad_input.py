@@ -108,6 +108,8 @@ def test_a_missing_script_names_the_nearest(command, script, folder):
     script("", "compass.py")
     run = refused(command("solve", "compas.py"), folder, ["compass.py"], said="There is no problem script compas.py")
     assert "Did you mean 'compass.py'?" in run.err
+    run = refused(command("solve", "walker.py"), folder, ["compass.py"], said="There is no problem script walker.py")
+    assert "'gaitopt problems .' lists the scripts of the folder." in run.err
 
 
 def test_a_folder_or_text_file_is_no_script(command, script, folder):

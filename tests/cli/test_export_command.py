@@ -6,7 +6,7 @@ import pytest
 
 
 def test_the_suffix_says_what_is_written(command, slip_file, folder):
-    for name in ("walk.csv", "walk.json", "walk.c"):
+    for name in ("walk.csv", "walk.json", "walk.c", "walk.py"):
         run = command("export", slip_file, "-o", name)
         assert run.status == 0
         assert run.out == f"wrote {name}\n"

@@ -87,8 +87,8 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
     ("words", "advice"),
     [
         (("stability",), "'gaitopt show', 'verify'"),
-        (("tune",), "'gaitopt stability SCRIPT --law lqr' (or step-lqr)"),
-        (("push",), "'gaitopt stability SCRIPT --law lqr' (or step-lqr)"),
+        (("tune",), "'gaitopt stability SCRIPT --law lqr' (or step_lqr)"),
+        (("push",), "'gaitopt stability SCRIPT --law lqr' (or step_lqr)"),
         (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
     ],
 )

@@ -148,7 +148,7 @@ def test_verbose_writes_iterations_to_standard_error(command, root):
 def test_a_healthy_installation(command):
     run = command("doctor")
     assert run.status == 0
-    assert run.out.count("works:") == 3
+    assert run.out.count("works:") == 4
     facts = command("doctor", "--json").json
     assert facts["well"] is True
     assert facts["versions"]["casadi"]
@@ -169,6 +169,16 @@ def test_extras_are_told_by_what_they_ask_for(command, monkeypatch):
     monkeypatch.setattr(metadata, "requires", lambda name: asked)
     assert command("doctor", "--json").json["extras"] == {"one": True, "two": False}
     assert "not installed: pip install 'gaitopt[two]'" in command("doctor").out
+
+
+def test_doctor_reports_packages_that_are_too_old_and_what_extras_are_for(command, monkeypatch):
+    asked = ["casadi>=999.1", "numpy >= 1.0", "no-such-thing>=1; extra == 'import'"]
+    monkeypatch.setattr(metadata, "requires", lambda name: asked)
+    run = command("doctor")
+    assert run.status == 1
+    assert "accepted: 999.1 or newer" in run.out
+    assert "numpy 2" not in run.out.partition("versions")[2]
+    assert "for robots from URDF and MJCF files" in run.out
 
 
 def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, monkeypatch):

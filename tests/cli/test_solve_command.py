@@ -167,7 +167,8 @@ def test_no_gait_is_exit_status_1_and_leaves_an_older_file_alone(command, root, 
     assert facts["file"] is None
     assert facts["verification"] is None
     assert {"place", "name", "size"} == set(facts["violations"][0])
-    assert [path.name for path in folder.iterdir()] == ["gait.h5"]
+    assert facts["failure_file"] == "gait_failed.h5"
+    assert sorted(path.name for path in folder.iterdir()) == ["gait.h5", "gait_failed.h5"]
     assert (folder / "gait.h5").read_text() == "precious"
 
 
@@ -176,8 +177,26 @@ def test_no_gait_in_sequences(command, root, folder):
     assert run.status == 1
     assert "torque limit of ankle (Limits.torque) is 0.1 N m" in " ".join(run.out.split())  # a conflict
     assert "not met" not in run.out  # the violations of a solve that was stopped early
-    assert "no verified gait was found; nothing was written" in run.out
-    assert not list(folder.iterdir())
+    assert "no verified gait was found; wrote compass_stick_failed.h5" in run.out
+    assert [path.name for path in folder.iterdir()] == ["compass_stick_failed.h5"]
+
+
+def test_the_file_of_a_failed_solve_repeats_it_without_the_script(command, root, folder):
+    settings = ("--set", "torque_limit=0.1", "--set", "intervals=8")
+    failed = command("solve", root / "problems/compass_stick.py", *settings, "--json").json
+    assert "0.1 N m" in command("show", "compass_stick_failed.h5").out  # the conflicting limits
+    again = command("solve", "compass_stick_failed.h5", "--json")
+    assert again.status == 1
+    for name in ("status", "conflicts", "violations", "sequence"):
+        assert again.json[name] == failed[name]
+    assert again.json["problem"]["script"] == failed["problem"]["script"]
+    assert again.json["failure_file"] is None
+    assert [path.name for path in folder.iterdir()] == ["compass_stick_failed.h5"]
+
+
+def test_the_file_of_a_gait_or_settings_are_no_failed_solve(command, slip_file):
+    assert "compass_slip.h5 is a solved gait" in command("solve", slip_file).err
+    assert "--set changes a parameter of a script" in command("solve", slip_file, "--set", "friction=1").err
 
 
 def test_quiet_is_silent_and_still_writes(process, root, folder):
@@ -234,6 +253,15 @@ def test_a_script_with_its_own_objective_and_neighbours(command, script):
     table = command("solve", path)
     assert table.status == 0
     assert "wrote json.h5" in table.out
+
+
+def test_a_failed_solve_with_its_own_objective_needs_its_script(command, script):
+    script("SPEED = 0.6\n", "sibling.py")
+    weak = OWN.replace("MultipleShooting, O", "Limits, MultipleShooting, O")
+    run = command("solve", script(weak.replace('name="walk', 'limits=Limits(torque=0.1), name="walk')))
+    assert run.status == 1, run.err
+    assert "the script is needed: the code of AnkleFirst is not in the file" in run.out
+    assert "the code of AnkleFirst is not in the file" in command("solve", "own_failed.h5").err
 
 
 def test_equal_settings_of_an_own_objective_share_nothing_with_others(command, script):

@@ -104,7 +104,8 @@ def test_special_points_lie_where_cold_solves_gain_an_active_constraint(problem,
 
 
 def test_the_margin_is_zero_at_a_special_point(low_friction):
-    from gaitopt.continuation.optimal.path_following import PathChange, PathFollower, PathOptions
+    from gaitopt.continuation.optimal.path_following import PathFollower
+    from gaitopt.continuation.optimal.path_items import PathChange, PathOptions
 
     follower = PathFollower(low_friction.nlp, PathOptions(), [0.12, 0.2])
     changes = [item for item in follower.follow(low_friction, 1) if isinstance(item, PathChange)]

@@ -10,7 +10,8 @@ import pytest
 from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
 from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import Line, ParametricNlp
-from gaitopt.continuation.optimal.path_following import PathChange, PathFollower, PathKind, PathOptions, PathPoint
+from gaitopt.continuation.optimal.path_following import PathFollower
+from gaitopt.continuation.optimal.path_items import PathChange, PathKind, PathOptions, PathPoint
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.ocp.nlp.optimality_system import OptimalitySystem
@@ -70,7 +71,7 @@ def test_a_curve_turns_where_the_reduced_hessian_is_singular():
     for item in points:
         x = item.here.point.x[0]
         assert x**2 == pytest.approx(item.value, abs=1e-9)
-        assert item.here.factors.negative == (x < 0)
+        assert item.here.negative == (x < 0)
 
 
 def test_a_constraint_becomes_active_and_inactive_at_exact_values():
@@ -92,6 +93,21 @@ def test_a_bound_of_an_unknown_is_a_constraint_like_a_row():
     assert [value for *_, value in changes_of(items)] == pytest.approx([0.5, 1.5], abs=1e-10)
     sampled = [item.value for item in items if isinstance(item, PathPoint) and item.sampled]
     assert set(np.linspace(0, 2, 5)) <= set(sampled)
+
+
+def test_samples_that_a_step_passes_are_interpolated_and_corrected():
+    # As above with the bound 0.99, which is active between 0.9 and 1.1.
+    nlp = make_nlp(1, lambda x, s: (x - (2 * s - s**2)) ** 2 / 2, lambda x, s: [x], [INF, 0.99], (0.0, 2.0))
+    items, _ = follow(nlp, [0.0], samples=81)
+    assert [value for *_, value in changes_of(items)] == pytest.approx([0.9, 1.1], abs=1e-10)
+    points = [item for item in items if isinstance(item, PathPoint)]
+    values = np.array([item.value for item in points])
+    assert set(np.linspace(0, 2, 81)) <= set(values)
+    assert np.all(np.diff(values) >= 0)
+    expected = np.minimum(2 * values - values**2, 0.99)
+    assert [item.here.point.x[0] for item in points] == pytest.approx(expected, abs=1e-11)
+    assert not any(item.here.negative for item in points)
+    assert len({id(item.tangent) for item in points}) < 50  # tangents of steps, not of samples
 
 
 def test_a_constraint_at_a_vertex_replaces_another_one():

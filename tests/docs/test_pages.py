@@ -109,6 +109,23 @@ def test_every_script_is_in_the_gallery(generated):
             assert (ROOT / "docs/images" / image).is_file()
 
 
+def test_every_script_has_a_thumbnail_and_facts_in_the_gallery(generated):
+    index = generated["gallery/index.md"]
+    thumbnails = re.findall(r"\(images/(thumbnails/.*?)\)", index)
+    assert len(thumbnails) == len([name for name in generated if name.startswith("gallery/")]) - 1
+    assert all((ROOT / "docs/images" / name).is_file() for name in thumbnails)
+    assert index.count("Processor time: ") == len(list((ROOT / "problems").glob("*.py")))
+
+
+def test_the_start_page_moves_only_for_readers_who_accept_motion():
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    still, moving = re.findall(r"_static/(walk\.\w+)", page)
+    assert f'<source media="(prefers-reduced-motion: reduce)" srcset="_static/{still}">' in page
+    assert (ROOT / "docs/static" / still).suffix == ".png"
+    assert (ROOT / "docs/static" / moving).stat().st_size < 400_000
+    assert re.search(r'<img [^>]*alt="[^"]{40,}"', page)
+
+
 def test_every_script_that_a_page_names_exists():
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     named = {

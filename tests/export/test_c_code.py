@@ -156,6 +156,11 @@ def test_a_sliding_foot_is_told_to_the_law(tmp_path, compass, slip_gait, rng):
         assert ours == pytest.approx(np.asarray(expected).ravel(), rel=1e-9, abs=1e-9)
 
 
+def start_of(state, slide):
+    """Return the state after a touchdown and the sign of the slide as arguments."""
+    return pointer(state[:4]), pointer(state[4:]), ctypes.c_double(slide)
+
+
 @compiled
 @pytest.mark.parametrize("trigger", ["retraction", "touchdown"])
 def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass, slip_gait, trigger):
@@ -166,21 +171,49 @@ def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass,
     walker = make_walker(compass, law, slip_gait.motion.parameters, period=slip_gait.period)
     first, memory, torque, differences, states = slip_gait.motion.segments[0], np.zeros(5), np.zeros(2), [], set()
     state = np.concatenate([first.q[:, 0], first.v[:, 0] + np.array([0, 0, 0.01, -0.02])])
-    library.pushing_begin.restype = library.pushing_step.restype = None
+    library.pushing_begin.restype = library.pushing_step.restype = library.pushing_update.restype = None
+    plain, following, updated, start = np.zeros(6), np.zeros(6), np.zeros(2), 0.0
     for _ in range(2):
-        stride = walker.stride(state, record=True)
+        stride, touchdown = walker.stride(state, record=True), 1.0
         library.pushing_begin(pointer(memory), pointer(state[:4]), pointer(state[4:]))
         for mode, arc in stride.arcs:
             for clock, y in zip(arc.time[1:-1], arc.states.T[1:-1], strict=True):
                 inputs = ctypes.c_double(clock), pointer(y[:4]), pointer(y[4:8]), ctypes.c_double(mode.sign)
                 library.pushing_step(pointer(memory), *inputs, pointer(torque))
                 differences.append(np.max(np.abs(torque - walker.torque(mode, clock, y))))
+                if touchdown:
+                    start += 10.0  # the controller subtracts the time of the touchdown
+                    library.pushing_update(
+                        pointer(plain),
+                        *map(ctypes.c_double, (start, 1.0)),
+                        *start_of(state, 0.0),
+                        pointer(following),
+                        pointer(updated),
+                    )
+                    plain, touchdown = following.copy(), 0.0
+                library.pushing_update(
+                    pointer(plain),
+                    *map(ctypes.c_double, (start + clock, 0.0)),
+                    *inputs[1:],
+                    pointer(following),
+                    pointer(updated),
+                )
+                plain = following.copy()
+                assert updated == pytest.approx(torque, abs=1e-9)
+                assert plain[1:] == pytest.approx(memory, abs=1e-9)
                 assert memory == pytest.approx(y[8:], abs=0.01)  # the release is noticed at the next sample
                 states.add(int(np.argmax(memory[:4])))
         state = stride.following
     assert max(differences) < 1e-12
     assert len(differences) > 50
     assert states == ({0, 1, 2, 3} if trigger == "retraction" else {2, 3})
+
+
+def test_the_code_allocates_no_memory(tmp_path, compass, slip_gait):
+    path = write_c(compass, feedforward(compass, slip_gait.motion), slip_gait.motion.parameters, tmp_path / "gait.c")
+    text = path.read_text(encoding="utf-8")
+    assert "alloc(" not in text
+    assert "#define GAIT_STATE_SIZE 2" in path.with_suffix(".h").read_text(encoding="utf-8")
 
 
 @compiled

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from gaitopt import InputError, Mode, Status
 from gaitopt.motion import Verification, Violation
@@ -33,7 +34,7 @@ def test_cost_of_the_example_is_its_own_work_over_its_own_weight(slip_gait):
         rates = np.array([segment.v[2], segment.v[2] + segment.v[3]])
         for torque, rate in zip(segment.torque, rates, strict=True):
             power = np.interp(fine, segment.time, torque) * np.interp(fine, segment.time, rate)
-            total += np.trapezoid(np.abs(power), fine)
+            total += trapezoid(np.abs(power), fine)
     weight = (2 * 4.0 + 2.0) * 9.8
     assert slip_gait.cost_of_transport == pytest.approx(total / weight / slip_gait.step_length, rel=1e-3)
 

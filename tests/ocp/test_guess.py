@@ -18,6 +18,7 @@ from gaitopt import (
     rimless_wheel,
 )
 from gaitopt.cli.script import load_script
+from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.ocp import FromMotion
 from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
@@ -190,6 +191,14 @@ def test_a_step_beyond_reach_has_no_touchdown_pose():
     robot = compass_biped()
     with pytest.raises(InputError, match="no touchdown pose with a step of 4 m"):
         touchdown_pose(robot, robot.resolve({}), 4.0)
+
+
+def test_the_touchdown_pose_of_a_robot_with_knees_needs_no_general_solver(monkeypatch):
+    monkeypatch.setattr("scipy.optimize.least_squares", None)
+    robot = load_script(ROOT / "problems" / "five_link.py")().robot
+    values, step = robot.resolve({}), 0.4
+    q = full_coordinates(touchdown_pose(robot, values, step))
+    np.testing.assert_allclose(robot.landing(q, 0, robot.vector(values))[0].full().ravel(), [step, 0], atol=1e-13)
 
 
 def test_a_gait_for_a_motion_and_a_motion_for_a_gait_are_told_apart(solved):

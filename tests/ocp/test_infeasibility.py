@@ -6,7 +6,7 @@ import pytest
 
 from gaitopt import Collocation, Ipopt, Limits, RandomPerturbation, Status, solve
 from gaitopt.ocp.nlp.active_set import Newton
-from gaitopt.ocp.solution.feasibility import elastic_solver
+from gaitopt.ocp.solution.conflict_search import elastic_solver
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.infeasibility import COLD_START_ITERATIONS, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start

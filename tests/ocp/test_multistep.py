@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, solve
-from gaitopt.ocp import MultiStepProblem, solve_steps, state_after_touchdown
+from gaitopt.ocp import MultiStepProblem, TorqueSquared, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.simulation import verify_steps
 
 REST = {"th1_rate": 0.0, "th2_rate": 0.0}
@@ -53,6 +53,22 @@ def test_a_gait_of_period_two_has_steps_of_different_lengths():
     assert after.q_next[2:] == pytest.approx(first.q[2:, 0], abs=1e-8)
     assert after.v_next == pytest.approx(first.v[:, 0], abs=1e-8)
     assert np.abs(gait.motion.jumps[0].v_next - after.v_next).max() > 1e-2
+
+
+def test_a_gait_is_read_from_its_file_and_replayed(periodic, tmp_path):
+    state, steps = state_after_touchdown(periodic), (step(friction=0.25), step(limits=Limits(torque=20, rate=5)))
+    gait = solve_steps(MultiStepProblem(steps=steps, start=state, end={}, footholds={1: (0.4, 0.5)}, name="two"))
+    loaded = check_replay(load_steps(save_steps(gait, tmp_path / "two.h5")))
+    assert loaded.sequences == gait.sequences
+    assert loaded.objective == gait.objective
+    assert loaded.problem.start == state
+    assert loaded.problem.footholds == {1: (0.4, 0.5)}
+    for restored, stated in zip(loaded.problem.steps, steps, strict=True):
+        assert restored.describe() == stated.describe()
+    with pytest.raises(InputError, match="objectives by name"):
+        save_steps(
+            gait.replace_fields(problem=gait.problem.replace(steps=(step(objective=2 * TorqueSquared()),) * 2)), "x.h5"
+        )
 
 
 def test_three_steps_lead_from_rest_to_the_periodic_gait(periodic, free):

@@ -7,8 +7,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode, ScipyEngine, joint_pd, passive, replay
+from gaitopt import Mode, ScipyEngine, find_cycles, joint_pd, passive, replay, rimless_wheel
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability import cycle as cycle_module
 from gaitopt.stability.critical_friction import critical_friction
 from gaitopt.stability.return_map import Passage
 from tests.stability.conftest import COMPASS
@@ -97,3 +98,12 @@ def test_an_impulse_that_is_nan_needs_infinite_friction(step):
     impact = stride.impact._replace(impulse=stride.impact.impulse * np.nan)
     broken = Passage(None, passage.states, (stride._replace(impact=impact),))
     assert critical_friction(walker, broken).impact == math.inf
+
+
+def test_the_critical_friction_of_a_gait_is_evaluated_when_it_is_read(monkeypatch):
+    evaluated = []
+    monkeypatch.setattr(cycle_module, "critical_friction", lambda walker, passage: evaluated.append(passage))
+    (gait,) = find_cycles(rimless_wheel(), {"slope": math.radians(13)}, starts=5)
+    assert not evaluated
+    assert gait.critical_friction is gait.critical_friction is None
+    assert len(evaluated) == 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitopt.stability.fixed_point import find_fixed_point
+from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
 from gaitopt.stability.return_map import Passage
 
 
@@ -32,3 +32,22 @@ def test_a_residual_that_is_more_than_rounding_is_no_fixed_point():
         matrix = np.diag([0.5, -0.5])
 
     assert find_fixed_point(Shifted(), np.array([1.1, 1.1])) is None
+
+
+def test_an_iteration_that_shrinks_to_zero_ends_early():
+    class Standing:
+        """z -> z / 2 with the wrong derivative 0, so that each iteration halves z, as near a walker that stands."""
+
+        calls = 0
+
+        def __call__(self, z):
+            self.calls += 1
+            return Passage(z / 2, (), ())
+
+        def derivative(self, z, passage):
+            return np.zeros((2, 2))
+
+    standing, start = Standing(), np.array([0.3, -0.1])
+    assert find_fixed_point(standing, start, FixedPointOptions(accept_zero=False)) is None
+    assert standing.calls == 3
+    assert find_fixed_point(standing, start, FixedPointOptions(max_iterations=40)).residual < 1e-11

@@ -7,14 +7,14 @@ import numpy as np
 
 from gaitopt.continuation.optimal.cost_extremum import has_flat_cost, locate_cost_extremum
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
-from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecial
+from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecialPoint
 from gaitopt.continuation.optimal.optimum_replay import (
     OptimumReplay,
     Replayer,
     solve_result,
 )
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
-from gaitopt.continuation.optimal.path_following import PathChange, PathKind, PathPoint
+from gaitopt.continuation.optimal.path_items import PathChange, PathKind, PathPoint
 from gaitopt.simulation.engine import Engine
 
 COLUMNS = ("values", "costs", "cost_slopes", "cost_errors", "negative", "dependent", "strictness", "active")
@@ -39,13 +39,13 @@ class BranchRecorder:
     Attributes
     ----------
     points : list of KktLinearisation
-    special : list of OptimalSpecial
+    special : list of OptimalSpecialPoint
     """
 
     def __init__(self, nlp: ParametricNlp, every: int, engine: Engine | None, cost_factor: float) -> None:
         self.nlp, self.every, self.cost_factor = nlp, every, cost_factor
         self._replayer = Replayer(nlp, engine)
-        self.points, self.special = list[KktLinearisation](), list[OptimalSpecial]()
+        self.points, self.special = list[KktLinearisation](), list[OptimalSpecialPoint]()
         self._rows, self._replays = list[dict[str, float]](), list[OptimumReplay | None]()
         self._states = list[np.ndarray]()
         self._last: KktLinearisation | None = None
@@ -66,7 +66,7 @@ class BranchRecorder:
                 "costs": here.cost,
                 "cost_slopes": here.cost_slope,
                 "cost_errors": self._cost_error(here),
-                "negative": here.factors.negative,
+                "negative": here.negative,
                 "dependent": self._dependent,
                 "strictness": here.strictness,
                 "active": here.active.inequalities.size,
@@ -79,9 +79,9 @@ class BranchRecorder:
         here = change.here
         if change.kind is not PathKind.TURNING_POINT:
             self._add_extremum(here)
-            self._dependent = None
-            before = change.kind is PathKind.DEACTIVATION
-            sides, name = (SIDES[before], SIDES[not before]), self.nlp.name_constraint(change.index)
+            leaves = change.kind is PathKind.DEACTIVATION
+            self._dependent = 0 if leaves and self._dependent == 0 else None  # a subset is as independent
+            sides, name = (SIDES[leaves], SIDES[not leaves]), self.nlp.name_constraint(change.index)
         else:
             sides, name = (str(self.nlp.problem.sequence),) * 2, ""
         self._add_special(change.kind.key, here, change.width, sides, name, turns=change.turns)
@@ -101,7 +101,7 @@ class BranchRecorder:
         self, kind: str, here: KktLinearisation, width: float, sides: tuple[str, str], name: str, *, turns: bool = False
     ) -> None:
         self.special.append(
-            OptimalSpecial(
+            OptimalSpecialPoint(
                 kind=kind,
                 value=here.point.value,
                 width=width,
@@ -117,6 +117,8 @@ class BranchRecorder:
 
     def _cost_error(self, here: KktLinearisation) -> float:
         """Return the estimated relative error of the cost on this grid."""
+        if math.isnan(self.cost_factor):
+            return math.nan
         ramps = solve_result(here).ramps
         typical = 1e-6 * self.nlp.problem.objective.typical
         return math.nan if ramps is None else self.cost_factor * ramps.variation / max(abs(here.cost), typical)

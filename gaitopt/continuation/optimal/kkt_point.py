@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.optimality_system import SOFT, DataSlopes, OptimalityFactors, OptimalityValues
+from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -108,11 +109,31 @@ class KktLinearisation:
         self.point, self.data = KktPoint(x, multipliers, point.value), nlp.data.at(point.value)
         self.values: OptimalityValues = nlp.system.evaluate(x, multipliers, self.data)
 
+    @functools.cached_property
+    def problem(self) -> GaitProblem:
+        """The gait problem at this value of the parameter."""
+        return self.nlp.problem_at(self.point.value)
+
     @property
     def residual(self) -> Array:
         """Residuals: slope in the free unknowns, and distances of the active rows from their bounds."""
         active, values, n = self.active, self.values, self.nlp.size
         return np.concatenate([values.slope[active.free], (values.g - self.bound[n:])[active.rows]])
+
+    @functools.cached_property
+    def derivatives(self) -> tuple["csc_matrix", "csc_matrix"]:
+        """Jacobian of the rows and Hessian of the scaled Lagrangian."""
+        return self.nlp.system.differentiate(self.point.x, self.point.multipliers, self.data)
+
+    @property
+    def jacobian(self) -> "csc_matrix":
+        """Jacobian of the rows."""
+        return self.derivatives[0]
+
+    @property
+    def hessian(self) -> "csc_matrix":
+        """Hessian of the scaled Lagrangian."""
+        return self.derivatives[1]
 
     @functools.cached_property
     def slopes(self) -> DataSlopes:
@@ -127,15 +148,15 @@ class KktLinearisation:
         moves = np.where(self.active.fixed, self.bound_slope[: self.nlp.size], 0.0)
         slope, g = self.slopes.slope, self.slopes.g
         if np.any(moves):
-            slope, g = slope + self.values.hessian @ moves, g + self.values.jacobian @ moves
+            slope, g = slope + self.hessian @ moves, g + self.jacobian @ moves
         return slope, g
 
     @functools.cached_property
     def matrix(self) -> "csc_matrix":
         """Derivative of the residuals by the free unknowns and the multipliers of the active rows."""
         active, sparse = self.active, scipy.sparse
-        rows = self.values.jacobian[:, active.free].tocsr()[active.rows]
-        hessian = self.values.hessian[:, active.free][active.free]
+        rows = self.jacobian[:, active.free].tocsr()[active.rows]
+        hessian = self.hessian[:, active.free][active.free]
         return sparse.bmat([[hessian, rows.T], [rows, -SOFT * sparse.identity(active.rows.size)]], format="csc")
 
     @functools.cached_property
@@ -150,12 +171,16 @@ class KktLinearisation:
         rows = self.active.sides[self.nlp.size :] != 0
         return self.nlp.system.factorise(self.point.x, self.point.multipliers, self.data, rows, self.active.fixed)
 
+    @functools.cached_property
+    def negative(self) -> int:
+        """Number of negative eigenvalues of the reduced Hessian."""
+        return self.factors.negative
+
     def solve(self, right: Array) -> Array:
         """Return the packed vector that the matrix maps to a right side."""
         active, n = self.active, self.nlp.size
         full = np.zeros(active.sides.size)
         full[active.free], full[n + active.rows] = right[: active.free.size], right[active.free.size :]
-        full[:n] += self.values.jacobian.T @ full[n:]
         solution = self.factors.solve(full)
         return np.concatenate([solution[active.free], solution[n + active.rows]])
 
@@ -168,7 +193,7 @@ class KktLinearisation:
     def dependent(self) -> int:
         """Number of active rows whose gradients depend on those of the others; 0 if LICQ is satisfied."""
         sparse, sizes = scipy.sparse, self.nlp.sizes[self.active.free]
-        rows = self.values.jacobian[:, self.active.free].tocsr()[self.active.rows] @ sparse.diags(sizes)
+        rows = self.jacobian[:, self.active.free].tocsr()[self.active.rows] @ sparse.diags(sizes)
         lengths = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
         rows = sparse.diags(1 / np.maximum(lengths, np.finfo(float).tiny)) @ rows
         products = (rows @ rows.T + NEGLIGIBLE * sparse.identity(rows.shape[0])).tocsc()
@@ -204,7 +229,9 @@ class KktLinearisation:
         on_bounds, on_rows, n = self.bound_multipliers, self.point.multipliers, self.nlp.size
         moves = on_bounds @ self.bound_slope[:n] + on_rows @ self.bound_slope[n:]
         typical = self.nlp.transcription.nlp.typical
-        return self.slopes.f + typical * float(on_rows @ self.slopes.g - moves)
+        system, x = self.nlp.system, self.point.x
+        by_data = system.differentiate_lagrangian(x, on_rows, self.data, self.nlp.data.slope)
+        return by_data - typical * float(moves)
 
     @property
     def strictness(self) -> float:
@@ -225,11 +252,11 @@ class KktLinearisation:
         if index < n:
             gradient[index] = side
         else:
-            gradient = side * self.values.jacobian[index - n].toarray().ravel()
+            gradient = side * self.jacobian[index - n].toarray().ravel()
         packed = self.solve(np.concatenate([-gradient[active.free], np.zeros(active.rows.size)]))
         x, multipliers = np.zeros(n), np.zeros(active.sides.size)
         x[active.free], multipliers[n + active.rows] = packed[: active.free.size], packed[active.free.size :]
-        slope = self.values.hessian @ x + self.values.jacobian.T @ multipliers[n:] + gradient
+        slope = self.hessian @ x + self.jacobian.T @ multipliers[n:] + gradient
         multipliers[:n] = np.where(active.fixed, -slope, 0.0)
         return multipliers
 
@@ -251,13 +278,13 @@ class KktLinearisation:
             row[active.free.size + np.searchsorted(active.rows, index - n)] = side
             return row, 0.0
         if side:  # the multiplier of a bound
-            row[: active.free.size] = -side * self.values.hessian[:, [index]].toarray().ravel()[active.free]
-            row[active.free.size :] = -side * self.values.jacobian[:, [index]].toarray().ravel()[active.rows]
+            row[: active.free.size] = -side * self.hessian[:, [index]].toarray().ravel()[active.free]
+            row[active.free.size :] = -side * self.jacobian[:, [index]].toarray().ravel()[active.rows]
             return row, -side * float(slope[index])
         side = self.nearest_side(index)
         limit = (self.nlp.upper if side > 0 else self.nlp.lower).slope[index]
         if index >= n:
-            row[: active.free.size] = -side * self.values.jacobian[index - n].toarray().ravel()[active.free]
+            row[: active.free.size] = -side * self.jacobian[index - n].toarray().ravel()[active.free]
             return row, side * float(limit - g[index - n])
         row[np.searchsorted(active.free, index)] = -side
         return row, side * float(limit)

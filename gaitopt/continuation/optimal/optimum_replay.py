@@ -62,8 +62,8 @@ def solve_result(here: KktLinearisation) -> GridSolution:
     typical = nlp.transcription.nlp.typical
     multipliers = here.bound_multipliers * typical, point.multipliers * typical
     outcome = NlpResult(Status.SOLVED, CONVERGED, point.x, here.values.g, here.cost, 0, multipliers)
-    problem, limits = nlp.problem_at(point.value), nlp.bounds_at(point.value)
-    return GridSolution(problem, nlp.method, nlp.transcription, limits, here.data, outcome)
+    limits = nlp.bounds_at(point.value)
+    return GridSolution(here.problem, nlp.method, nlp.transcription, limits, here.data, outcome)
 
 
 def make_optimal_gait(here: KktLinearisation) -> Gait:
@@ -127,8 +127,8 @@ class Replayer:
 
     def replay(self, here: KktLinearisation) -> OptimumReplay:
         """Replay the torques of an optimum from its first state, and return the multipliers of the gait."""
-        state, problem = self.read_state(here), self.nlp.problem_at(here.point.value)
-        values = read_parameters(self.nlp.transcription, problem, here.point.x)
+        state = self.read_state(here)
+        values = read_parameters(self.nlp.transcription, here.problem, here.point.x)
         law, period = self._law(here)
         walker = make_walker(self.robot, law, values, period=period, engine=self.engine)
         foot_speed = float(state[self.robot.state_entries.slip_velocity])

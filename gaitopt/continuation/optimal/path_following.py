@@ -1,7 +1,8 @@
 """Continuation of the optimality conditions over a parameter, with exact changes of the active set.
 
 Between changes of the active set the optimum is a smooth curve of parameter, unknowns and multipliers.  The predictor
-follows its tangent, Newton's method corrects.  If a slack or a multiplier has become negative, its zero is located by
+follows its tangent, Newton's method corrects; requested values of the parameter that a step has passed are interpolated
+and corrected.  If a slack or a multiplier has become negative, its zero is located by
 Newton's method on the conditions extended by this equation; the constraint then enters or leaves the active set, and
 the curve continues with it (Guddat, Guerra Vazquez & Jongen, Parametric Optimization: Singularities, Pathfollowing and
 Jumps, 1990, chapter 2).  At a fold the reduced Hessian is singular and the parameter turns back.
@@ -9,13 +10,10 @@ Jumps, 1990, chapter 2).  At a fold the reduced Hessian is singular and the para
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 
-import attrs
 import numpy as np
 
-from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
@@ -26,8 +24,9 @@ from gaitopt.continuation.optimal.kkt_correction import (
 )
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.continuation.optimal.path_items import PathChange, PathKind, PathOptions, PathPoint
+from gaitopt.continuation.optimal.sample_interpolation import PieceInterpolation
 from gaitopt.motion.motion import Array
-from gaitopt.parameters import positive, whole_number
 from gaitopt.reductions import worst
 
 VIOLATED = -1e-9
@@ -48,97 +47,6 @@ LARGE_MULTIPLIER = 1e5
 
 FEASIBILITY_LIMIT = "feasibility_limit"
 """End of a curve beyond which no gait satisfies the constraints."""
-
-
-class PathKind(Enum):
-    """Kind of a special point of a branch of optimal gaits; the value states what happens there."""
-
-    ACTIVATION = "a constraint becomes active"
-    DEACTIVATION = "the multiplier of a constraint vanishes and it becomes inactive"
-    TURNING_POINT = "the reduced Hessian is singular and the branch turns back"
-
-    @property
-    def key(self) -> str:
-        """Name for files and JSON, in lower case."""
-        return self.name.lower()
-
-    @property
-    def label(self) -> str:
-        """Name for tables and figures."""
-        return self.key.replace("_", " ")
-
-
-@check_arguments
-@attrs.frozen(kw_only=True)
-class PathOptions:
-    """Options of the continuation of optima.  Lengths are relative to the range and to the typical unknowns.
-
-    Attributes
-    ----------
-    first_step, longest_step, shortest_step : float
-    largest_angle : float [rad]
-        Largest angle between the tangents of consecutive points.
-    most_points : int
-        Largest number of points of a branch, special points included.
-
-    Examples
-    --------
-    >>> PathOptions().longest_step
-    0.1
-    """
-
-    first_step: float = attrs.field(default=0.02, validator=positive())
-    longest_step: float = attrs.field(default=0.1, validator=positive())
-    shortest_step: float = attrs.field(default=1e-9, validator=positive())
-    largest_angle: float = attrs.field(default=0.5, validator=positive())
-    most_points: int = attrs.field(default=5000, validator=whole_number())
-
-
-@dataclass(frozen=True, eq=False)
-class PathPoint:
-    """A point of the curve.
-
-    Attributes
-    ----------
-    here : KktLinearisation
-    tangent : ((k,) array, float)
-        Unit tangent in the direction of the continuation: of the packed vector, and of the parameter.
-    sampled : bool
-        Whether the parameter has one of the requested values.
-    """
-
-    here: KktLinearisation
-    tangent: tuple[Array, float]
-    sampled: bool = False
-
-    @property
-    def value(self) -> float:
-        """Parameter."""
-        return self.here.point.value
-
-
-@dataclass(frozen=True, eq=False)
-class PathChange:
-    """A special point of the curve.
-
-    Attributes
-    ----------
-    kind : PathKind
-    here : KktLinearisation
-        With the active set before the change.
-    width : float
-        Residual of the location in the unit of the parameter.
-    index : int
-        Constraint that becomes active or inactive; -1 at a turning point.
-    turns : bool
-        Whether the parameter turns back.
-    """
-
-    kind: PathKind
-    here: KktLinearisation
-    width: float
-    index: int = -1
-    turns: bool = False
 
 
 class PathFollower:
@@ -172,16 +80,15 @@ class PathFollower:
             if self._is_at_end(point):
                 self.end = "range_end"
                 return
-            following = self._advance(point, step)
+            passed, following, step = self._advance(point, step)
             if following is None:
-                step *= 0.5
                 if step < self.options.shortest_step:
                     large = worst(np.abs(point.here.point.multipliers)) > LARGE_MULTIPLIER
                     self.end = FEASIBILITY_LIMIT if large else "no_convergence"
                     yield point
                     return
                 continue
-            step = min(1.5 * step, self.options.longest_step)
+            yield from passed
             if isinstance(following, PathPoint):
                 turning = self._locate_turning_point(point, following)
                 if turning is not None:
@@ -205,15 +112,36 @@ class PathFollower:
             return point.value >= self.samples[-1] - slack
         return point.value <= self.samples[0] + slack
 
-    def _advance(self, point: PathPoint, step: float) -> PathPoint | PathChange | None:
-        """Return the next point, or the first change of the active set before it; None if the step is too long."""
+    def _advance(
+        self, point: PathPoint, step: float
+    ) -> tuple[Sequence[PathPoint], PathPoint | PathChange | None, float]:
+        """Return the samples that a step passes, the point or change of the active set it leads to, and the next step.
+
+        If the samples cannot be interpolated, the step ends at the first one; a step that is too long leads to None.
+        """
+        samples = self._samples_ahead(point)
+        reached = samples[np.abs(samples - point.value) <= step * abs(point.tangent[1])]
+        for target in dict.fromkeys([*reached[-1:], *reached[:1]] or [None]):
+            following = self._take_step(point, step, target)
+            filled = None if following is None else self._fill(point, following, samples)
+            if filled is not None:
+                return *filled, min(1.5 * step, self.options.longest_step)
+            step *= 0.5
+        return (), None, step
+
+    def _take_step(self, point: PathPoint, step: float, sample: float | None) -> PathPoint | PathChange | None:
+        """Return the point at a sample, or at a step along the tangent, or the first change of the active set before.
+
+        None if the step is too long.
+        """
         packed, last = point.tangent
-        sample = self._next_sample(point)
-        distance = abs(sample - point.value) / abs(last) if last else math.inf
-        sampled = distance <= step
-        step = min(step, distance)
-        predicted = point.here.move(step * packed, sample if sampled else point.value + step * last)
-        condition = at_value(sample) if sampled else at_distance(self.metric, point.tangent, predicted)
+        step = step if sample is None else (sample - point.value) / last
+        predicted = point.here.move(step * packed, point.value + step * last if sample is None else sample)
+        ahead = KktLinearisation(self.nlp, predicted, point.here.active)
+        change = self._locate_change(point.here, ahead) if np.any(ahead.margins < VIOLATED) else None
+        if change is not None:
+            return change
+        condition = at_distance(self.metric, point.tangent, predicted) if sample is None else at_value(sample)
         here = correct(self.nlp, predicted, point.here.active, condition, point.here)
         if here is None:
             return None
@@ -222,15 +150,45 @@ class PathFollower:
         tangent = find_tangent(here, self.metric, point.tangent)
         if not math.isfinite(tangent[1]) or self._angle(here, tangent, point.tangent) > self.options.largest_angle:
             return None
-        return PathPoint(here, tangent, sampled)
+        return PathPoint(here, tangent, sample is not None)
 
-    def _next_sample(self, point: PathPoint) -> float:
+    def _fill(
+        self, point: PathPoint, following: PathPoint | PathChange, samples: Array
+    ) -> tuple[Sequence[PathPoint], PathPoint | PathChange] | None:
+        """Return the samples between two points, and what follows them; None if they cannot be interpolated.
+
+        A constraint that is violated at a sample changes before it.
+        """
+        before, after = point.here, following.here
         slack = 1e-12 * self.nlp.width
-        if point.tangent[1] > 0:
-            place = int(np.searchsorted(self.samples, point.value + slack, side="right"))
-            return float(self.samples[min(place, self.samples.size - 1)])
-        place = int(np.searchsorted(self.samples, point.value - slack)) - 1
-        return float(self.samples[max(place, 0)])
+        distances = (after.point.value - samples) * math.copysign(1.0, point.tangent[1])
+        passed, last = list[PathPoint](), list[PathPoint]()
+        for sample in samples[np.abs(distances) <= slack].tolist() if isinstance(following, PathChange) else ():
+            at_sample = KktLinearisation(self.nlp, replace(after.point, value=sample), after.active)
+            last.append(PathPoint(at_sample, point.tangent, sampled=True))
+        samples = samples[distances > slack]
+        if not samples.size:
+            return last, following
+        if find_tangent(after, self.metric, point.tangent)[1] * point.tangent[1] <= 0:
+            return None
+        piece = PieceInterpolation(before, after, self.metric)
+        for sample in samples.tolist():
+            here = piece.find_optimum(sample)
+            if here is None:
+                return None
+            if np.any(here.margins < VIOLATED):
+                change = self._locate_change(before, here)
+                return None if change is None else (passed, change)
+            passed.append(PathPoint(here, point.tangent, sampled=True))
+            before = here
+        return [*passed, *last], following
+
+    def _samples_ahead(self, point: PathPoint) -> Array:
+        """Return the samples in the direction of the tangent, in order; none where the curve is vertical."""
+        last, slack = point.tangent[1], 1e-12 * self.nlp.width
+        if last > 0:
+            return np.asarray(self.samples[self.samples > point.value + slack])
+        return np.asarray(self.samples[self.samples < point.value - slack][::-1] if last else self.samples[:0])
 
     def _angle(self, here: KktLinearisation, one: tuple[Array, float], other: tuple[Array, float]) -> float:
         weights, weight = self.metric.weigh(here.active)

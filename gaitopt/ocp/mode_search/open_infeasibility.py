@@ -13,7 +13,8 @@ from gaitopt.ocp.mode_search.homotopy import Homotopy, choose_relaxed_grid
 from gaitopt.ocp.nlp.elastic import ElasticResult
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
+from gaitopt.ocp.solution.conflict_search import elastic_solver
+from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.infeasibility import SMALL_EXCESS, conclude_failure, excesses_agree
 from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
 from gaitopt.ocp.statement.initial_guess import Guess

@@ -21,6 +21,7 @@ from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
+from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
@@ -102,7 +103,11 @@ def solve_planar(
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
         return min(solved, key=lambda gait: gait.solver.objective)
-    return min(gaits, key=lambda gait: rank_of(gait.solver.constraint_violation))
+    nearest = min(range(len(gaits)), key=lambda number: rank_of(gaits[number].solver.constraint_violation))
+    if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
+        return gaits[nearest]
+    solve_once = functools.partial(_solve_start, number=0, solver=solver, observer=observer)
+    return conclude_planar_failure(closed[nearest // starts], gaits[nearest], solver, observer, solve_once)
 
 
 def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
@@ -249,15 +254,18 @@ def _refine(start: _Start, result: GridResult) -> GridResult:
             counts, doubled = tuple(2 * count for count in problem.counts), doubled + 1
             method = evolve(problem.transcription, intervals=counts)
         if method is None:
-            outcome = replace(result.outcome, status=Status.PLAN_INACCURATE)
-            return replace(result, outcome=outcome)
+            return _mark_inaccurate(result)
         previous = _report(result, start)
         finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
         finer = start.exclude_early_touchdowns(finer)
         if not finer.outcome.status.ok:
-            return result
+            return _mark_inaccurate(result)
         result = finer
     return result
+
+
+def _mark_inaccurate(result: GridResult) -> GridResult:
+    return replace(result, outcome=replace(result.outcome, status=Status.PLAN_INACCURATE))
 
 
 def _report(result: GridResult, start: _Start) -> PlanarGait:

@@ -1,13 +1,14 @@
 """MultiStepGait: an optimised gait of several steps, and the motion of its steps one after the other."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.gait import Verification
 from gaitopt.motion.motion import Jump, Motion, Segment
+from gaitopt.motion.summary import plain
 from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.status import Status
 
@@ -62,6 +63,35 @@ class MultiStepGait:
     def sequences(self) -> tuple[str, ...]:
         """Contact sequences of the steps; the impact of each is the touchdown that begins it."""
         return tuple(str(step.sequence) for step in self.problem.steps)
+
+    def summarise(self) -> dict[str, Any]:
+        """Return the results as plain data for JSON (SI units)."""
+        facts: dict[str, Any] = plain(
+            {
+                "name": self.problem.name,
+                "status": self.status.key,
+                "hint": self.status.hint,
+                "message": self.message,
+                "robot": self.problem.robot.name,
+                "objective": self.objective,
+                "iterations": self.iterations,
+                "error_between_nodes": self.error_between_nodes,
+                "periodic": self.problem.periodic,
+                "steps": [
+                    {
+                        "sequence": str(step.sequence),
+                        "friction": plan.parameters["friction"],
+                        "slope": plan.parameters["slope"],
+                        "step_length": plan.travel,
+                        "duration": plan.period,
+                        "objective": step.objective.evaluate(plan),
+                    }
+                    for step, plan in zip(self.problem.steps, self.plans, strict=True)
+                ],
+                "verification": self.verification and asdict(self.verification),
+            }
+        )
+        return facts
 
     def replace_fields(self, **changes: Any) -> "MultiStepGait":
         """Return the gait with some fields changed."""

@@ -37,8 +37,8 @@ class MultiStepProblem:
     end : mapping of str to float or None
         Known coordinates of the state after the last touchdown, as for `start`; an empty mapping leaves it free.
     footholds : mapping of int to (float, float)
-        Bounds of the position of the stance foot at the start of a step, relative to that of the first step [m];
-        steps are counted from 0.
+        Bounds of the position of the stance foot at the start of ``steps[number]``, relative to that at the start of
+        ``steps[0]`` [m], by number.
     name : str
 
     Raises
@@ -74,11 +74,11 @@ class MultiStepProblem:
             step.sequence.require_closed("A gait of several steps")
             if step.robot is not first.robot or dict(step.parameters) != dict(first.parameters):
                 raise InputError(
-                    f"Step {number + 1} has a different robot from step 1, or other parameters of it; all steps need "
+                    f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
                     "the same robot with the same parameters."
                 )
             if len(set(step.slope_range)) > 1:
-                raise InputError(f"Step {number + 1} has a free slope; steps of a multi-step gait need a fixed slope.")
+                raise InputError(f"steps[{number}] has a free slope; steps of a multi-step gait need a fixed slope.")
         if (self.start is None) is not (self.end is None):
             raise InputError("start and end must both be stated, or both be None for a gait that repeats.")
         for name in ("start", "end"):
@@ -129,11 +129,13 @@ class MultiStepProblem:
         for number, pair in self.footholds.items():
             if isinstance(number, bool) or number not in range(1, len(self.steps)):
                 raise InputError(
-                    f"footholds: the step must be one of {list(range(1, len(self.steps)))}, got {number!r}; steps are "
-                    "counted from 0, and the first one is at place 0."
+                    f"footholds: the number of a step must be one of {list(range(1, len(self.steps)))}, got "
+                    f"{number!r}; steps are counted from 0, and steps[0] begins at position 0."
                 )
             if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
-                raise InputError(f"footholds: the place of step {number} needs (lower, upper) [m], got {pair!r}.")
+                raise InputError(
+                    f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m], got {pair!r}."
+                )
 
 
 @check_arguments

@@ -30,32 +30,17 @@ SOFT, STIFF = 1e-11, 1e12
 
 @dataclass(frozen=True, eq=False)
 class OptimalityValues:
-    """Values and derivatives at unknowns and multipliers.
-
-    Attributes
-    ----------
-    f : float
-        Objective.
-    slope : (n_variables,) array
-        Gradient of the scaled Lagrangian of the rows.
-    g : (n_constraints,) array
-    jacobian : (n_constraints, n_variables) sparse matrix
-    hessian : (n_variables, n_variables) sparse matrix
-        Hessian of the scaled Lagrangian.
-    """
+    """Objective, gradient of the scaled Lagrangian of the rows, (n_variables,), and rows, (n_constraints,)."""
 
     f: float
     slope: Array
     g: Array
-    jacobian: "csc_matrix"
-    hessian: "csc_matrix"
 
 
 @dataclass(frozen=True, eq=False)
 class DataSlopes:
-    """Derivatives along a direction of the data: of the objective, of `slope` and of the rows."""
+    """Derivatives along a direction of the data: of `slope` and of the rows."""
 
-    f: float
     slope: Array
     g: Array
 
@@ -66,34 +51,37 @@ class OptimalitySystem:
     Parameters
     ----------
     nlp : Nlp
-
-    Attributes
-    ----------
-    last_factors : OptimalityFactors or None
-        Those that the linear solver stores.
     """
 
-    last_factors: "OptimalityFactors | None"
-
     def __init__(self, nlp: Nlp) -> None:
-        self.nlp, self.last_factors = nlp, None
+        self.nlp = nlp
         with defer_interrupt():
             self._functions = _compile(nlp)
-        self._patterns = [_pattern(self._functions.values, place) for place in (3, 4)]
+        self._patterns = [_pattern(self._functions.matrices, place) for place in (0, 1)]
 
     def evaluate(self, x: Array, multipliers: Array, data: Array) -> OptimalityValues:
-        """Return values and derivatives; the multipliers are those of the scaled objective."""
-        f, slope, g, *entries = self._functions.values_call(x, multipliers, data)
+        """Return the values; the multipliers are those of the scaled objective."""
+        f, slope, g = self._functions.values_call(x, multipliers, data)
+        return OptimalityValues(float(f[0]), slope.copy(), g.copy())
+
+    def differentiate(self, x: Array, multipliers: Array, data: Array) -> tuple["csc_matrix", "csc_matrix"]:
+        """Return the Jacobian of the rows and the Hessian of the scaled Lagrangian, sparse matrices."""
         jacobian, hessian = (
             scipy.sparse.csc_matrix((array.copy(), rows, columns), shape=shape)
-            for array, (rows, columns, shape) in zip(entries, self._patterns, strict=True)
+            for array, (rows, columns, shape) in zip(
+                self._functions.matrices_call(x, multipliers, data), self._patterns, strict=True
+            )
         )
-        return OptimalityValues(float(f[0]), slope.copy(), g.copy(), jacobian, hessian)
+        return jacobian, hessian
 
     def differentiate_by_data(self, x: Array, multipliers: Array, data: Array, direction: Array) -> DataSlopes:
         """Return the derivatives along a direction of the data, shape (n_z,)."""
-        f, slope, g = self._functions.slopes_call(x, multipliers, data, direction)
-        return DataSlopes(float(f[0]), slope.copy(), g.copy())
+        slope, g = self._functions.slopes_call(x, multipliers, data, direction)
+        return DataSlopes(slope.copy(), g.copy())
+
+    def differentiate_lagrangian(self, x: Array, multipliers: Array, data: Array, direction: Array) -> float:
+        """Return the derivative of the Lagrangian of the rows, which is not scaled, along a direction of the data."""
+        return float(self._functions.lagrangian_call(x, multipliers, data, direction)[0][0])
 
     def factorise(
         self, x: Array, multipliers: Array, data: Array, active: NDArray[np.bool_], fixed: NDArray[np.bool_]
@@ -109,30 +97,22 @@ class OptimalitySystem:
             Unknowns at an active bound.
         """
         (entries,) = self._functions.matrix_call(x, multipliers, data, active, fixed)
-        with defer_interrupt():
-            matrix = ca.DM(self._functions.pattern, entries.tolist())  # CasADi converts lists faster than arrays
-        return OptimalityFactors(self, matrix, self._functions.solver)
+        return OptimalityFactors(self.nlp, self._functions, entries.copy())
 
 
 class OptimalityFactors:
-    """Factors of the matrix of the optimality conditions of an active set, [[H + J_a' J_a, J_a'], [J_a, 0]].
-
-    The linear solver stores the factors of one matrix, the last one; those of another are computed again when needed.
+    """Factorisations of the matrix of the optimality conditions of an active set, [[H + J_a' J_a, J_a'], [J_a, 0]].
 
     Parameters
     ----------
-    system : OptimalitySystem
-    matrix : DM
-    solver : Linsol
+    nlp : Nlp
+    functions : _SystemFunctions
+    entries : (k,) array
+        Nonzeros of the matrix, by column.
     """
 
-    def __init__(self, system: OptimalitySystem, matrix: ca.DM, solver: ca.Linsol) -> None:
-        self._system, self._matrix, self._solver = system, matrix, solver
-
-    def _factorise(self) -> None:
-        if self._system.last_factors is not self:
-            self._system.last_factors = self
-            self._solver.nfact(self._matrix)
+    def __init__(self, nlp: Nlp, functions: "_SystemFunctions", entries: Array) -> None:
+        self._nlp, self._functions, self._entries = nlp, functions, entries
 
     @functools.cached_property
     def negative(self) -> int:
@@ -140,23 +120,30 @@ class OptimalityFactors:
 
         The inertia of the matrix determines it (Nocedal & Wright, Numerical Optimization, theorem 16.3).
         """
+        solver = self._functions.solver
         with defer_interrupt():
-            self._factorise()
-            return int(self._solver.neig(self._matrix)) - self._system.nlp.n_constraints
+            matrix = ca.DM(self._functions.pattern, self._entries.tolist())  # CasADi converts lists faster than arrays
+            solver.nfact(matrix)
+            return int(solver.neig(matrix)) - self._nlp.n_constraints
 
     def solve(self, right: Array) -> Array:
-        """Return the solution for a right side, shape (n_variables + n_constraints,)."""
+        """Return the solution of [[H, J_a'], [J_a, 0]] for a right side, shape (n_variables + n_constraints,).
+
+        The matrix is factorised in every call: this takes as long as the solution with its factors.
+        """
         with defer_interrupt():
-            self._factorise()
-            return np.asarray(self._solver.solve(self._matrix, ca.DM(right.tolist()))).ravel()
+            return self._functions.solve_call(self._entries, right)[0].copy()
 
 
 @dataclass(frozen=True, eq=False)
 class _SystemFunctions:
-    values: ca.Function
+    matrices: ca.Function
     values_call: FastCall
+    matrices_call: FastCall
     slopes_call: FastCall
+    lagrangian_call: FastCall
     matrix_call: FastCall
+    solve_call: FastCall
     pattern: ca.Sparsity
     solver: ca.Linsol
 
@@ -171,16 +158,31 @@ def _compile(nlp: Nlp) -> _SystemFunctions:
     g, jacobian = nlp.derivatives["jac_g"](x, data)
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
     slope = gradient / nlp.typical + jacobian.T @ lam
-    values = ca.Function("optimality", [x, lam, data], [f, ca.densify(slope), ca.densify(g), jacobian, hessian])
-    changes = [ca.densify(ca.jtimes(part, data, direction)) for part in (f, slope, g)]
-    slopes = ca.Function("data_slopes", [x, lam, data, direction], changes)
+    lagrangian = f + nlp.typical * ca.dot(lam, g)
+    values = ca.Function("optimality", [x, lam, data], [f, ca.densify(slope), ca.densify(g)])
+    matrices = ca.Function("optimality_derivatives", [x, lam, data], [jacobian, hessian])
+    inputs = [x, lam, data, direction]
+    slopes = ca.Function("data_slopes", inputs, [ca.densify(ca.jtimes(part, data, direction)) for part in (slope, g)])
+    by_data = ca.Function("lagrangian_slope", inputs, [ca.densify(ca.jtimes(lagrangian, data, direction))])
     active, fixed = ca.MX.sym("active", nlp.n_constraints), ca.MX.sym("fixed", nlp.n_variables)
     # The rows of the active constraints convexify the matrix, which then has a factorisation without pivoting.
     augmented = hessian + jacobian.T @ (ca.diag(active) @ jacobian) + ca.diag(STIFF * fixed)
     matrix = ca.blockcat([[augmented, jacobian.T], [jacobian, -ca.diag(ca.if_else(active, SOFT, STIFF))]])
-    solver = ca.Linsol("optimality_factors", "ldl", matrix.sparsity())
-    matrix_call = FastCall(ca.Function("optimality_matrix", [x, lam, data, active, fixed], [matrix]))
-    return _SystemFunctions(values, FastCall(values), FastCall(slopes), matrix_call, matrix.sparsity(), solver)
+    entries, right = ca.MX.sym("entries", matrix.sparsity()), ca.MX.sym("right", matrix.size1())
+    n = nlp.n_variables
+    convexified = right + ca.vertcat(entries[n:, :n].T @ right[n:], 0 * lam)
+    solution = ca.Function("optimality_solution", [entries, right], [ca.solve(entries, convexified, "ldl")])
+    return _SystemFunctions(
+        matrices=matrices,
+        values_call=FastCall(values),
+        matrices_call=FastCall(matrices),
+        slopes_call=FastCall(slopes),
+        lagrangian_call=FastCall(by_data),
+        matrix_call=FastCall(ca.Function("optimality_matrix", [x, lam, data, active, fixed], [matrix])),
+        solve_call=FastCall(solution),
+        pattern=matrix.sparsity(),
+        solver=ca.Linsol("optimality_factors", "ldl", matrix.sparsity()),
+    )
 
 
 def _pattern(function: ca.Function, place: int) -> tuple[NDArray[np.int32], NDArray[np.int32], tuple[int, int]]:

@@ -14,7 +14,8 @@ from gaitopt.ocp.nlp.elastic import ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.feasibility import ElasticProblem, elastic_solver
+from gaitopt.ocp.solution.conflict_search import elastic_solver
+from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import STOPPED_EARLY
 from gaitopt.ocp.solution.single_start import solve_from_start

@@ -152,8 +152,8 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
     if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
         return None
     angles = start
-    # Newton's method, if there are no more angles than positions of the foot; otherwise the pose is not unique.
-    for _ in range(MOST_STEPS if start.size <= 2 else 0):
+    # Newton's method with the smallest change of the angles, since the pose of more than two angles is not unique.
+    for _ in range(MOST_STEPS):
         change = np.linalg.lstsq(slopes(angles), gap(angles), rcond=1e-10)[0]
         angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
         if np.max(np.abs(gap(angles))) <= 1e-14 * max(1.0, step):

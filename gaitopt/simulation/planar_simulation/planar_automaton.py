@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
@@ -15,10 +14,11 @@ from gaitopt.model.planar.phase_system import Footing
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import ABSOLUTE, RELATIVE, PlanarPhase
+from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase, make_integrator
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import LawState, make_torque
 from gaitopt.status import Stop
@@ -143,12 +143,12 @@ class PlanarAutomaton:
         while times[-1] < until:
             corner = min(until, phase.source.next_corner(times[-1]))
             phase.source.hold_piece((times[-1], corner))
-            integrator = DOP853(phase.rates, times[-1], states[-1], corner, rtol=RELATIVE, atol=ABSOLUTE)
+            integrator = make_integrator(phase.rates, times[-1], states[-1], corner)
             for event in _follow(integrator, watch, times, states):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
-                short = short + 1 if integrator.step_size < SHORT_STEP else 0
+                short = short + 1 if integrator.t - integrator.t_old < SHORT_STEP else 0
                 size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
                 if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:
                     break
@@ -159,7 +159,7 @@ class PlanarAutomaton:
 
 
 def _follow(
-    integrator: DOP853, watch: GuardWatch, times: list[float], states: list[Array]
+    integrator: DormandPrince, watch: GuardWatch, times: list[float], states: list[Array]
 ) -> Iterator[LocatedGuard | None]:
     """Integrate step by step; yield the first event, or None after a step without an event."""
     while integrator.status == "running":
@@ -167,12 +167,14 @@ def _follow(
         if integrator.status == "failed":
             return
         dense, event = integrator.dense_output(), None
-        for span in spans_of(dense, SPANS):
-            event = watch.first(dense, span)
+        spans = spans_of(dense, SPANS)
+        sampled = dense.at_times(np.array([(sum(span) / 2, span[1]) for span in spans]).ravel())
+        for span, middle, last in zip(spans, sampled[::2], sampled[1::2], strict=True):
+            event = watch.first(dense, span, (middle, last))
             at = span[1] if event is None else event.time
             if at > times[-1]:
                 times.append(at)
-                states.append(dense(at))
+                states.append(last if event is None else dense(at))
             if event is not None:
                 if at > dense.t_old:
                     refined, y = watch.refine(dense.t_old, integrator.y_old, event)

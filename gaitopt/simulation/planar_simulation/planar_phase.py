@@ -1,7 +1,6 @@
 """Numerical equations of a planar robot in one contact state: flow, guards, forces and constraints."""
 
 import numpy as np
-from scipy.integrate import DOP853
 from scipy.linalg.lapack import dgesv
 
 from gaitopt.model.contacts.contact_state import ContactState
@@ -9,6 +8,7 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.phase_system import Footing, PhaseSystem, make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.dormand_prince import DormandPrince, Rate
 from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, TorqueSlope
 
 RELATIVE, ABSOLUTE = 1e-13, 1e-15
@@ -96,7 +96,7 @@ class PlanarPhase:
         if end <= begin:
             return y.copy()
         size = y.size
-        integrator = DOP853(lambda t, y: self.rates(t, y)[:size], begin, y, end, rtol=RELATIVE, atol=ABSOLUTE)
+        integrator = make_integrator(lambda t, y: self.rates(t, y)[:size], begin, y, end)
         while integrator.status == "running":
             integrator.step()
         return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
@@ -183,6 +183,11 @@ class PlanarPhase:
         spread = np.linalg.solve(mass_matrix, rows.T)
         correction: Array = spread @ solve_linear(rows @ spread, violation)
         return correction
+
+
+def make_integrator(rate: Rate, begin: float, y: Array, end: float) -> DormandPrince:
+    """Return an integrator of the rates with the tolerances of the simulation."""
+    return DormandPrince(rate, begin, y, end, relative=RELATIVE, absolute=ABSOLUTE)
 
 
 def solve_linear(matrix: Array, right: Array) -> Array:

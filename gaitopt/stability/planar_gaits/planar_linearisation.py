@@ -8,13 +8,13 @@ The motion ends on the section, where the clock is reset: dy+ = R' (dy + f dt).
 """
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.planar.impact_system import impact_slope
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
@@ -99,7 +99,7 @@ def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:
     while time < end:
         corner = min(end, phase.source.next_corner(time))
         phase.source.hold_piece((time, corner))
-        integrator = DOP853(rate, time, y, corner, rtol=RELATIVE, atol=ABSOLUTE)
+        integrator = DormandPrince(rate, time, y, corner, relative=RELATIVE, absolute=ABSOLUTE)
         while integrator.status == "running":
             integrator.step()
         if integrator.status == "failed":

@@ -74,6 +74,7 @@ def make_basin(key: dict[str, Any], units: dict[str, str], coordinates: Sequence
     dims, shape = tuple(axes), tuple(values.size for values in axes.values())
     flags = {
         "long_name": "how the walk ends",
+        "units": "1",
         "flag_values": np.arange(len(ends.labels), dtype=np.int16),
         "flag_meanings": _SEPARATOR.join(ends.labels),
         "pending": np.int16(PENDING),
@@ -81,7 +82,11 @@ def make_basin(key: dict[str, Any], units: dict[str, str], coordinates: Sequence
     table = {
         "ending": (dims, ends.outcome.reshape(shape), flags),
         "steps": (dims, ends.steps.reshape(shape), {"long_name": "steps until the ending", "units": "1"}),
-        "final": ((*dims, "coordinate"), ends.final.reshape(*shape, -1), {"long_name": "last point on the section"}),
+        "final": (
+            (*dims, "coordinate"),
+            ends.final.reshape(*shape, -1),
+            {"long_name": "last point on the section", "units": "SI"},
+        ),
     }
     named: dict[str, Any] = {name: (name, values, {"units": _unit(name, units)}) for name, values in axes.items()}
     stored = {name: part for name, part in key.items() if name != "axes"}

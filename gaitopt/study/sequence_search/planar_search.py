@@ -81,7 +81,7 @@ def search_planar_sequences(
         name = name_file(sequence)
         if name in kept:
             file = kept.file(name) if isinstance(kept, GaitStore) else None
-            findings.append(_judge(kept[name], problem.limits.shortest_phase, file))
+            findings.append(judge_planar_gait(kept[name], problem.limits.shortest_phase, file))
         else:
             status, reason = (LOST, lost[name]) if name in lost else (PENDING, UNFINISHED)
             findings.append(RankedGait(sequence=sequence, status=status, reason=reason))
@@ -109,8 +109,8 @@ def _solve(problem: PlanarProblem, argument: tuple[PhaseSequence, int]) -> Plana
     return verify_best_planar([solve_default(changed, starts)])
 
 
-def _judge(gait: PlanarGait, shortest_phase: float, file: Path | None) -> RankedGait:
-    """Return the result for the sequence of a gait; one with a phase of minimum duration is degenerate."""
+def judge_planar_gait(gait: PlanarGait, shortest_phase: float, file: Path | None) -> RankedGait:
+    """Return the result for the contact sequence of a gait; one with a phase of minimum duration is degenerate."""
     durations = [segment.time[-1] - segment.time[0] for segment in gait.motion.segments]
     if gait.status.ok and len(durations) > 1 and min(durations, default=math.inf) < 1.01 * shortest_phase:
         reason = "this gait is degenerate: one phase has its minimum duration"

@@ -55,6 +55,10 @@ class RankedGait:
     merged_into: ContactSequence | None = None
     file: Path | None = None
 
+    def __repr__(self) -> str:
+        cost = "" if self.gait is None or not self.ranked else f", {ranking_cost(self.gait):.6g}"
+        return f"RankedGait({str(self.sequence)!r}, {self.status}{cost})"
+
     @property
     def ranked(self) -> bool:
         """Whether its gait is solved, passes its replay, and does not degenerate to another contact sequence."""
@@ -102,6 +106,12 @@ class Ranking:
 
     findings: tuple[RankedGait, ...]
     complete: bool
+
+    def __repr__(self) -> str:
+        count = sum(finding.ranked for finding in self.findings)
+        lowest = f", lowest cost {self.findings[0]!r}" if count else ""
+        ended = "" if self.complete else ", incomplete"
+        return f"Ranking({count} of {len(self.findings)} sequences ranked{lowest}{ended})"
 
     @property
     def best(self) -> Gait | PlanarGait:

@@ -33,11 +33,9 @@ from gaitopt.study.sequence_search.sequence_enumeration import (
     neighbours,
 )
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
-from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.storage.gait_store import RANKING, GaitStore
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
-
-RANKING = "ranking.json"
 
 NEIGHBOUR_STARTS = 1
 """Number of starts from neighbouring contact sequences, those of lowest cost."""

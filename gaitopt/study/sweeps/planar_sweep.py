@@ -66,8 +66,12 @@ def planar_dataset(findings: "SweepResults") -> "xr.Dataset":
     table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m or N", "long_name": "largest absolute torque"})
     table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
     table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
-    table["verified"] = (dims, verified, {"long_name": "1 where the gait passes its replay"})
-    table["replay_error"] = (dims, error, {"long_name": "largest error of the replayed state, in SI units"})
+    table["verified"] = (dims, verified, {"units": "1", "long_name": "1 where the gait passes its replay"})
+    table["replay_error"] = (
+        dims,
+        error,
+        {"units": "SI", "long_name": "largest error of the replayed state, in SI units"},
+    )
     return xr.Dataset(table, _coordinates(grid), attributes_of(findings))
 
 

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,7 @@ from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import read_table, write_table
 from gaitopt.study.sweeps.planar_sweep import planar_dataset
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
+from gaitopt.study.sweeps.sweep_measures import find_lowest_sequences
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,12 +58,21 @@ class SweepResults:
         Points without a gait.
     key : dict
         Key of the study.
+    columns : dict of str to (dimensions, values, attributes)
+        Further variables of the table.
+    measures : tuple of str
+        Names of the measures in `columns`.
+    interrupted : bool
+        Whether the measures are not computed because of an interrupt.
     """
 
     grid: SweepGrid
     gaits: Mapping[str, Gait]
     missing: dict[SweepPoint, tuple[str, str]]
     key: dict[str, Any]
+    columns: dict[str, Any] = field(default_factory=dict)
+    measures: tuple[str, ...] = ()
+    interrupted: bool = False
 
     def gait(self, point: SweepPoint) -> Gait | None:
         """Return the gait of a point, or None."""
@@ -70,8 +80,13 @@ class SweepResults:
 
     @property
     def complete(self) -> bool:
-        """Whether all points are computed."""
-        return self.pending == 0
+        """Whether all points and measures are computed."""
+        return self.pending == 0 and not self.interrupted
+
+    @property
+    def found(self) -> dict[SweepPoint, Gait]:
+        """The gaits by point, solved or not."""
+        return {point: gait for point in self.grid.points() if (gait := self.gait(point)) is not None}
 
     @property
     def pending(self) -> int:
@@ -81,8 +96,15 @@ class SweepResults:
 
 def to_dataset(findings: SweepResults) -> "xr.Dataset":
     """Return the table of a sweep; numbers are nan where there is no gait."""
-    if isinstance(findings.grid.problem, PlanarProblem):
-        return planar_dataset(findings)
+    make = planar_dataset if isinstance(findings.grid.problem, PlanarProblem) else _single_support_dataset
+    table = make(findings)
+    table["lowest_sequence"] = find_lowest_sequences(findings.grid, findings.found)
+    table["objective"].attrs["units"] = findings.grid.problem.objective.unit or "1"
+    return table.assign(findings.columns)
+
+
+def _single_support_dataset(findings: SweepResults) -> "xr.Dataset":
+    """Return the table of a sweep of a robot in single support, without further columns."""
     import xarray as xr
 
     grid = findings.grid
@@ -110,8 +132,12 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m", "long_name": "largest absolute torque"})
     table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
     table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
-    table["verified"] = (dims, verified, {"long_name": "1 where the gait passes its replay"})
-    table["replay_error"] = (dims, error, {"long_name": "largest error of the replayed state, in SI units"})
+    table["verified"] = (dims, verified, {"units": "1", "long_name": "1 where the gait passes its replay"})
+    table["replay_error"] = (
+        dims,
+        error,
+        {"units": "SI", "long_name": "largest error of the replayed state, in SI units"},
+    )
     coordinates: dict[str, Any] = {
         name: (name, values, {"units": grid.unit(name)}) for name, values in grid.axes.items()
     }
@@ -127,6 +153,7 @@ def attributes_of(findings: SweepResults) -> dict[str, Any]:
         "format": f"gaitopt {KIND}",
         "format_version": VERSION,
         "complete": int(findings.complete),
+        "measures": ", ".join(findings.measures),
         "question": json.dumps(plain(findings.key)),
         "versions": json.dumps(versions()),
     }
@@ -236,15 +263,29 @@ def load_sweep_gait(path: str | Path, sequence: str, **coordinates: float) -> An
     return gait
 
 
-def read_all_gaits(path: Path) -> Iterator[AnyGait]:
-    """Yield every gait of a sweep, in the order of their names."""
+def read_named_gaits(path: Path) -> Iterator[tuple[str, AnyGait]]:
+    """Yield every gait of a sweep with the name of its point, in the order of the names."""
     with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
         gaits = find_group(file, GAITS)
         for name in () if gaits is None else gaits:
             group: Any = find_group(gaits, name)
             check_structure(group)
             gait: Any = read_gait(group)
-            yield gait
+            yield str(name), gait
+
+
+def read_sequence_gaits(path: Path, sequence: int) -> dict[tuple[int, ...], AnyGait]:
+    """Return the gaits of a contact sequence of a sweep, solved or not, by their index along each axis."""
+    gaits: dict[tuple[int, ...], AnyGait] = {}
+    with read_hdf5(path, KIND, VERSION, omit={GAITS}) as file:
+        groups = find_group(file, GAITS)
+        for name in () if groups is None else groups:
+            number, *index = map(int, name.split("-"))
+            if number == sequence:
+                group: Any = find_group(groups, name)
+                check_structure(group)
+                gaits[tuple(index)] = read_gait(group)
+    return gaits
 
 
 def _nearest_index(axis: "xr.DataArray", value: float) -> int:

@@ -21,6 +21,7 @@ from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parallel.task_graph import Task
+from gaitopt.study.sequence_search.sequence_enumeration import explain_impossibility
 
 FIELDS = {"friction": "1", "speed": "m/s", "step_length": "m", "slope": "rad"}
 """Fields of a problem that can be axes, with their units; parameters of the robot can be axes, too."""
@@ -34,6 +35,11 @@ class SweepPoint:
 
     sequence: int
     index: Index
+
+    @property
+    def place(self) -> Index:
+        """Index in arrays over the contact sequences and the axes."""
+        return (self.sequence, *self.index)
 
     @property
     def name(self) -> str:
@@ -134,9 +140,12 @@ class SweepGrid:
         reasons = {}
         for point in self.points():
             try:
-                self.problem_at(point)
+                problem = self.problem_at(point)
             except InputError as error:
                 reasons[point] = str(error)
+                continue
+            if isinstance(problem, GaitProblem) and (reason := explain_impossibility(problem.sequence, problem)):
+                reasons[point] = f"{reason[0].upper()}{reason[1:]}."
         return reasons
 
 

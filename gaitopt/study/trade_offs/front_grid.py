@@ -22,6 +22,9 @@ from gaitopt.study.multistart import (
 )
 from gaitopt.study.trade_offs.quantity import COST, Quantity
 
+SAME_COST = 1e-7
+"""Relative difference of costs below which two gaits of a point count as the same."""
+
 INNER_FRACTION = 1e-3
 """Fraction of the range of a bound by which the tightest bound is less than extreme, where gaits are not unique."""
 
@@ -37,7 +40,8 @@ class FrontTask:
     kind : str
         ``"end"`` for the gait of lowest cost or of the best value of a quantity, ``"forward"`` and ``"backward"`` for
         gaits continued towards tighter and looser bounds, ``"forward-return"`` and ``"backward-return"`` for the better
-        of those and of the gaits continued back from the other end, ``"point"`` for the verified best gait of a point.
+        of those and of the gaits continued back from the other end, ``"forward-last"`` and ``"backward-last"`` for the
+        best of all these and of the gaits continued from it, ``"point"`` for the verified best gait of a point.
     name : str
         Name of the quantity of an end, or of the point.
     index : tuple of int
@@ -128,9 +132,11 @@ class FrontGrid:
         planned += self._chain("backward", points[::-1], 1, ends)
         planned += self._chain("forward-return", points[::-1], 1, ["forward"])
         planned += self._chain("backward-return", points, -1, ["backward"])
+        planned += self._last_chain("forward", points, -1)
+        planned += self._last_chain("backward", points[::-1], 1)
         for index in points:
             name = point_name(index)
-            needs = (f"forward-return-{name}", f"backward-return-{name}")
+            needs = (f"forward-last-{name}", f"backward-last-{name}")
             planned.append(Task(f"point-{name}", FrontTask("point", name, index), needs))
         return planned
 
@@ -144,14 +150,35 @@ class FrontGrid:
             planned.append(Task(f"{kind}-{name}", FrontTask(kind, name, index), tuple(needs)))
         return planned
 
+    def _last_chain(self, kind: str, points: list[Index], step: int) -> list[Task]:
+        """Return the tasks of a chain through the better gaits of both ends; those of each neighbour follow its own."""
+        planned = []
+        for index in points:
+            needs: list[str] = []
+            for other in [index, *_neighbours(index, step, self.shape)]:
+                last = [] if other is index else [f"{kind}-last-{point_name(other)}"]
+                needs += [f"forward-return-{point_name(other)}", f"backward-return-{point_name(other)}", *last]
+            planned.append(Task(f"{kind}-last-{point_name(index)}", FrontTask(f"{kind}-last", "", index), tuple(needs)))
+        return planned
+
     def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
         """Return the gait of a task: that of a chain at a point, or the verified one of lowest cost."""
         problem = self.problem_at(task.index)
         if task.kind == "point":
             return self._solve_point(problem, gaits)
+        if task.kind.endswith("-last"):
+            return self._solve_last(problem, gaits)
         if task.kind.endswith("-return"):
             return best([gait for gait in gaits[:1] if gait is not None] + self._continue(problem, gaits[1:]))
         return best(self._continue(problem, gaits) or solve_cold(skip_refinement(problem), self.ends.starts))
+
+    def _solve_last(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
+        """Return the better gait of both ends, or one continued from a neighbour whose gaits or own ones differ."""
+        known, others = [gait for gait in gaits[:2] if gait is not None], gaits[2:]
+        neighbours = [others[i : i + 3] for i in range(0, len(others), 3)]
+        if _have_same_cost(gaits[:2]) and all(map(_have_same_cost, neighbours)):
+            return best(known)
+        return best(known + self._continue(problem, [last for _, _, last in neighbours]))
 
     def _solve_point(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
         """Return the gait of lowest cost, refined and verified; without one, a gait from the default starts."""
@@ -218,6 +245,12 @@ def space_bounds(quantity: Quantity, loose: float, tight: float, points: int, in
 def _by_cost(gaits: Sequence[Gait | None]) -> list[Gait]:
     """Return the solutions among gaits, that of lowest cost first."""
     return sorted((gait for gait in gaits if gait is not None and gait.status.ok), key=objective)
+
+
+def _have_same_cost(gaits: Sequence[Gait | None]) -> bool:
+    """Return whether all gaits are solved, at the same cost."""
+    costs = [gait.solver.objective for gait in gaits if gait is not None and gait.status.ok]
+    return len(costs) == len(gaits) and max(costs) - min(costs) <= SAME_COST * abs(min(costs))
 
 
 def _neighbours(index: Index, step: int, shape: Index) -> list[Index]:

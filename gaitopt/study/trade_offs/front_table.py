@@ -160,24 +160,44 @@ def tabulate_front(front: Front) -> "xr.Dataset":
     for axis, (quantity, bounds) in enumerate(zip(grid.ends.quantities, grid.values, strict=True)):
         column = np.array([bounds[index[axis]] for index in points])
         table[f"bound_{quantity.name}"] = ("point", column, {"units": quantity.unit, "long_name": "bound"})
-    for kind, end in (("forward", "loose"), ("backward", "tight")):
-        gaits = [front.gait(index, f"{kind}-return") for index in points]
-        costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
-        table[f"{kind}_cost"] = (
-            "point",
-            costs,
-            {"long_name": f"cost before refinement, from the {end} end"},
-        )
+    table |= _tabulate_end_costs(front)
     solved = [front.gait(index) for index in points]
-    table["front"] = ("point", non_dominated.astype(np.int8), {"long_name": "1 where no other gait dominates"})
+    table["front"] = (
+        "point",
+        non_dominated.astype(np.int8),
+        {"units": "1", "long_name": "1 where no other gait dominates"},
+    )
     knee = find_knee(signed, non_dominated)
-    table["knee"] = ("point", np.array([i == knee for i in range(len(points))], np.int8), {"long_name": "knee"})
+    table["knee"] = (
+        "point",
+        np.array([i == knee for i in range(len(points))], np.int8),
+        {"units": "1", "long_name": "knee"},
+    )
     table["status"] = ("point", np.array([PENDING if g is None else g.status.key for g in solved], dtype=object))
     reasons = [UNFINISHED if gait is None else explain_failure(gait) for gait in solved]
     table["reason"] = ("point", np.array(reasons, dtype=object))
     verified = [g is not None and g.verification is not None and g.verification.passed for g in solved]
-    table["verified"] = ("point", np.array(verified, np.int8), {"long_name": "1 where the gait passes its replay"})
-    return xr.Dataset(table, {"point": np.arange(len(points))}, _attributes(front, complete=None not in solved))
+    table["verified"] = (
+        "point",
+        np.array(verified, np.int8),
+        {"units": "1", "long_name": "1 where the gait passes its replay"},
+    )
+    return xr.Dataset(
+        table,
+        {"point": ("point", np.arange(len(points)), {"units": "1"})},
+        _attributes(front, complete=None not in solved),
+    )
+
+
+def _tabulate_end_costs(front: Front) -> dict[str, Any]:
+    """Return the costs of the last chains from both ends, by the names of their variables."""
+    table = {}
+    for kind, end in (("forward", "loose"), ("backward", "tight")):
+        gaits = [front.gait(index, f"{kind}-last") for index in front.grid.points()]
+        costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
+        text = f"cost before refinement, last from the {end} end"
+        table[f"{kind}_cost"] = ("point", costs, {"units": _unit(front, front.quantities[0]), "long_name": text})
+    return table
 
 
 def _unit(front: Front, quantity: Quantity) -> str:

@@ -151,6 +151,9 @@ class Pareto:
         check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
         problem.sequence.require_closed("A trade-off")
         require_valid_step(problem.robot)
+        for quantity in self.bounded:
+            if quantity.require is not None:
+                quantity.require(problem)
         base = self._front_problem(problem)
         key = study_key(
             base,

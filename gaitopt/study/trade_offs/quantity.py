@@ -7,7 +7,6 @@ from typing import Any
 
 from attrs import evolve
 
-from gaitopt.control.law import feedforward
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
@@ -15,19 +14,14 @@ from gaitopt.ocp.statement.criteria import PeakFrictionDemand, PeakTorque
 from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.statement.stability_bound import StabilityBound
-from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.stability.assessment import assess_stability
-from gaitopt.stability.recovery import PushTest, largest_recovery
 from gaitopt.study.gait_metrics import peak_torques
+from gaitopt.study.stability_metrics import measure_radius, measure_recovery
 
 COST = "cost"
 """Name of the objective of the problem."""
 
 LARGEST_SPEED = 1e3
 """Upper bound of the speed if the problem states none [m/s]."""
-
-PUSHES = PushTest(starts=20, resolution=0.1)
-"""Pushes by which the recovery of a gait of a front is measured."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +42,8 @@ class Quantity:
         Returns a problem with a bound on the quantity; None if the quantity is only measured.
     extreme : Objective or None
         Objective whose optimum has the best value of the quantity; without one, a bound needs a stated range.
+    require : callable or None
+        Raises an InputError if the quantity of a problem cannot be bounded.
 
     Examples
     --------
@@ -62,19 +58,20 @@ class Quantity:
     read: Callable[[Gait], float]
     restrict: Callable[[GaitProblem, float], GaitProblem] | None = None
     extreme: Objective | None = None
+    require: Callable[[GaitProblem], None] | None = None
 
 
 @dataclass(frozen=True)
-class Pace(Objective):
+class TimePerDistance(Objective):
     """Time per distance, the inverse of the speed [s/m].
 
     Examples
     --------
-    >>> Pace().unit
+    >>> TimePerDistance().unit
     's/m'
     """
 
-    name = "pace"
+    name = "time_per_distance"
     unit = "s/m"
     smooth = True
 
@@ -110,8 +107,8 @@ def restrict_torque(problem: GaitProblem, value: float) -> GaitProblem:
     )
 
 
-def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
-    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks.
+def require_stick(problem: GaitProblem) -> None:
+    """Raise an InputError if the ratio of tangential to normal force of a problem cannot be bounded.
 
     Raises
     ------
@@ -125,6 +122,11 @@ def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
             f"A bound on peak_friction_demand requires a sequence without slip, got '{problem.sequence}': "
             "while a foot slides, the demand equals the friction coefficient."
         )
+
+
+def restrict_friction_demand(problem: GaitProblem, value: float) -> GaitProblem:
+    """Return a problem in which the ratio of tangential to normal force is at most a value while the foot sticks."""
+    require_stick(problem)
     margin = max(problem.margins.cone, 1 - value / problem.friction)
     return problem.replace(margins=evolve(problem.margins, cone=min(margin, 0.99)))
 
@@ -140,24 +142,6 @@ def restrict_radius(problem: GaitProblem, value: float) -> GaitProblem:
     """Return a problem in which the spectral radius of the return map in open loop is at most a value."""
     bound = problem.stability or StabilityBound(radius=value)
     return problem.replace(stability=evolve(bound, radius=min(bound.radius, value)))
-
-
-def measure_radius(gait: Gait) -> float:
-    """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
-    try:
-        return assess_stability(gait).radius
-    except InputError:
-        return math.nan
-
-
-def measure_recovery(gait: Gait) -> float:
-    """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
-    try:
-        cycle = assess_stability(gait)
-    except InputError:
-        return 0.0
-    walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
-    return largest_recovery(walker, cycle, PUSHES).radius
 
 
 QUANTITIES = {
@@ -181,8 +165,11 @@ QUANTITIES = {
             lambda gait: PeakFrictionDemand().evaluate(gait.motion),
             restrict_friction_demand,
             PeakFrictionDemand(),
+            require_stick,
         ),
-        Quantity("speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, Pace()),
+        Quantity(
+            "speed", "m/s", "average forward speed", -1, lambda gait: gait.speed, restrict_speed, TimePerDistance()
+        ),
         Quantity(
             "spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius, restrict_radius
         ),

@@ -1,0 +1,83 @@
+"""Files of failed solves: written by `gaitopt solve` without a result, and solved again by it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gaitopt.cli.output import out
+from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.atomic import GAIT_SUFFIXES
+from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.problem import GaitProblem
+
+
+@dataclass(frozen=True)
+class FailureFile:
+    """The file of a failed solve.
+
+    Attributes
+    ----------
+    path : Path or None
+        None if it could not be written.
+    reason : str
+        Reason why it was not written, or why it does not suffice to repeat the solve; empty without any.
+    """
+
+    path: Path | None
+    reason: str = ""
+
+
+def is_gait_file(path: Path) -> bool:
+    """Return whether the input of a solve is a file of a gait, not a script."""
+    return path.suffix.lower() in GAIT_SUFFIXES
+
+
+def read_failed_problem(path: Path, settings: Sequence[str] | None) -> tuple[GaitProblem | PlanarProblem, Any]:
+    """Return the problem in the file of a failed solve, and the record of its script.
+
+    Raises
+    ------
+    ArchiveError
+        If the file cannot be read.
+    InputError
+        If settings are given, or the file does not contain the problem.
+    """
+    from gaitopt.motion.archive import load
+    from gaitopt.ocp.problem_definition import restore_problem
+
+    if settings:
+        raise InputError(f"--set changes a parameter of a script, and {path} is no script ending in .py.")
+    gait = load(path)
+    if gait.status.ok:
+        raise InputError(f"{path} is a solved gait; 'gaitopt solve' repeats failed solves and solves scripts.")
+    return restore_problem(gait), gait.problem.get("script")
+
+
+def write_failure(gait: AnyGait, problem: GaitProblem | PlanarProblem, path: Path) -> FailureFile:
+    """Write a gait that is not a solution, with the definition of its problem."""
+    from gaitopt.motion.archive import save
+    from gaitopt.ocp.problem_definition import KEY, REASON, record_definition
+
+    if KEY not in gait.problem:  # solved, but its replay failed
+        gait = record_definition(gait, problem)
+    try:
+        return FailureFile(save(gait, path), gait.problem[KEY].get(REASON, ""))
+    except (ArchiveError, InputError) as error:
+        return FailureFile(None, str(error))
+
+
+def report_failure(failure: FailureFile | None) -> None:
+    """Print what was written of a solve without a result."""
+    if failure is None:
+        text = "nothing was written"
+    elif failure.path is None:
+        text = f"nothing was written: {failure.reason}"
+    elif failure.reason:
+        text = (
+            f"wrote {failure.path} with its last iterate. To repeat the solve, the script is needed: {failure.reason}"
+        )
+    else:
+        text = f"wrote {failure.path}. To repeat the solve: gaitopt solve {failure.path}"
+    out.print(f"no verified gait was found; {text}", soft_wrap=True)

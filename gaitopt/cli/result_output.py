@@ -1,0 +1,135 @@
+"""Output of results read from files: a table for people, facts as plain data for programs."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+from gaitopt.cli.output import out
+from gaitopt.errors import InputError
+from gaitopt.motion.summary import plain
+
+if TYPE_CHECKING:
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
+    from gaitopt.tuning.tuning_file import TunedGains
+
+OUTPUTS = {
+    "Gait": ("output:print_gait", "result_output:gait_facts"),
+    "PlanarGait": ("output:print_gait", "result_output:gait_facts"),
+    "MultiStepGait": ("multistep_output:print_multistep", "multistep_output:multistep_facts"),
+    "BranchDiagram": ("trace_output:print_diagram", "result_output:records_of"),
+    "OptimalDiagram": ("trace_optimum_command:print_optima", "result_output:records_of"),
+    "Ranking": ("study_output:print_ranking", "result_output:ranking_facts"),
+    "Comparison": ("study_output:print_comparison", "result_output:comparison_facts"),
+    "RobustnessRecord": ("result_output:print_robustness", "result_output:robustness_facts"),
+    "TunedGains": ("result_output:print_gains", "result_output:gains_facts"),
+    "gaitopt sweep": ("study_output:print_sweep", "study_output:sweep_facts"),
+    "gaitopt basin": ("walk_output:print_basin", "walk_output:basin_facts"),
+    "gaitopt front": ("pareto_command:print_front", "pareto_command:front_facts"),
+}
+"""Functions that print a result and return its facts, by the class of the result or the format of a dataset.
+
+They are given by name, so that only the ones that are used are imported."""
+
+
+def print_result(result: Any) -> None:
+    """Print a result as a table; errors as :func:`find_facts`."""
+    _find_function(result, 0)(result)
+
+
+def find_facts(result: Any) -> dict[str, Any]:
+    """Return the facts of a result as plain data.
+
+    Raises
+    ------
+    InputError
+        If the result is of a class without a table.
+    """
+    facts: dict[str, Any] = _find_function(result, 1)(result)
+    return facts
+
+
+def has_output(result: Any) -> bool:
+    """Return whether a result can be printed."""
+    return _kind_of(result) in OUTPUTS
+
+
+def _kind_of(result: Any) -> str:
+    """Return the format of a dataset, or the name of the class of a result."""
+    return str(getattr(result, "attrs", {}).get("format") or type(result).__name__)
+
+
+def _find_function(result: Any, place: int) -> Any:
+    if not has_output(result):
+        raise InputError(f"There is no table of an object of class {type(result).__name__}.")
+    module, _, function = OUTPUTS[_kind_of(result)][place].partition(":")
+    return getattr(import_module(f"gaitopt.cli.{module}"), function)
+
+
+def gait_facts(gait: Any) -> dict[str, Any]:
+    """Return the facts of a gait."""
+    from gaitopt.motion.summary import summarise
+
+    return summarise(gait)
+
+
+def records_of(diagram: Any) -> dict[str, Any]:
+    """Return the facts of a diagram of branches."""
+    records: dict[str, Any] = diagram.records()
+    return records
+
+
+def ranking_facts(ranking: Any) -> dict[str, Any]:
+    """Return the facts of a search, as the command search prints them."""
+    return {"ranked": ranking.records(), "complete": ranking.complete}
+
+
+def comparison_facts(comparison: Any) -> dict[str, Any]:
+    """Return the facts of a comparison, as the command compare prints them."""
+    return {"gaits": comparison.records()}
+
+
+def robustness_facts(record: "RobustnessRecord") -> dict[str, Any]:
+    """Return the facts of a push test, with the names of the command push where they are the same."""
+    from gaitopt.cli.feedback_output import basin_facts
+
+    facts = {"law": record.law, "radius": record.radius, "steps": record.steps}
+    survived = [vars(margin) for margin in record.margins]
+    recoveries = {name: basin_facts(recovery) for name, recovery in record.recoveries.items()}
+    return plain(facts | {"survived": survived, "recoveries": recoveries})
+
+
+def print_robustness(record: "RobustnessRecord") -> None:
+    """Print a push test as a table."""
+    from gaitopt.cli.feedback_output import print_endurance
+
+    print_endurance(robustness_facts(record), dict(record.recoveries))
+
+
+def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
+    """Return the facts of tuned gains, with the names of the command tune where they are the same."""
+    return plain(
+        {
+            "law": tuned.family,
+            "gains": tuned.gains,
+            "objective": tuned.objective,
+            "radius_before": tuned.radius_before,
+            "radius_after": tuned.radius,
+            "multipliers": [[value.real, value.imag] for value in tuned.multipliers],
+            "evaluations": len(tuned.trials),
+        }
+    )
+
+
+def print_gains(tuned: "TunedGains") -> None:
+    """Print tuned gains as a table."""
+    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    table.add_row("law", tuned.family)
+    table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
+    table.add_row("spectral radius", f"{tuned.radius_before:.4g} before, {tuned.radius:.4g} after")
+    table.add_row("objective", tuned.objective)
+    table.add_row("search", f"{len(tuned.trials)} trials")
+    out.print(table)

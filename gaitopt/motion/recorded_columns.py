@@ -1,0 +1,140 @@
+"""Columns of a recorded motion: which column belongs to which quantity of a robot, in SI units."""
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.column_table import ColumnTable
+from gaitopt.motion.motion import Array
+
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180}
+_LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_TIME_UNITS = {"s": 1.0, "ms": 1e-3}
+_FORCE_UNITS = {"torque_Nm": 1.0, "force_N": 1.0}
+
+LARGEST_ANGLE = 2 * math.pi
+"""Angle [rad] beyond which the unit of a column is doubted."""
+
+
+class RecordedQuantity(NamedTuple):
+    """A quantity of a robot: its name, and ``"m"`` or ``"rad"``."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedColumns:
+    """Columns of a file that belong to a robot, in SI units.
+
+    Attributes
+    ----------
+    time : (K,) array [s]
+    coordinates, rates, torques : mapping of name to (K,) array
+    ignored : tuple of str
+        Columns that belong to no quantity.
+    warnings : tuple of str
+    """
+
+    time: Array
+    coordinates: Mapping[str, Array]
+    rates: Mapping[str, Array]
+    torques: Mapping[str, Array]
+    ignored: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def assign_columns(
+    table: ColumnTable,
+    path: Path,
+    quantities: Iterable[RecordedQuantity],
+    actuators: Iterable[str],
+    renamed: Mapping[str, str],
+    angle_unit: str | None,
+) -> RecordedColumns:
+    """Return the columns of a robot: ``NAME_UNIT``, ``NAME_rate_UNIT_per_s`` and ``NAME_torque_Nm``, or names alone.
+
+    Parameters
+    ----------
+    table : ColumnTable
+    path : Path
+        For messages.
+    quantities : iterable of RecordedQuantity
+        Coordinates of the robot.
+    actuators : iterable of str
+    renamed : mapping of str to str
+        Column of a coordinate that has another name in the file.
+    angle_unit : str or None
+        Unit of angles whose column does not state it; None for the unit in the header of the file.
+
+    Raises
+    ------
+    InputError
+        If a unit is missing, or a name in `renamed` is unknown.
+    """
+    unit, used = angle_unit or table.angle_unit, set()
+    quantities = tuple(quantities)
+    names = [quantity.name for quantity in quantities]
+    for name, column in renamed.items():
+        if name not in names:
+            raise InputError(f"The robot has no coordinate {name!r} for the column {column!r}. {suggest(name, names)}")
+        if column not in table.columns:
+            raise InputError(f"{path} has no column {column!r}. {suggest(column, table.columns)}")
+
+    def take(pattern: str, units: Mapping[str, float], bare: float | None = None) -> Array | None:
+        for column, values in table.columns.items():
+            match = re.fullmatch(pattern, column)
+            if match:
+                used.add(column)
+                factor = units[match[1]] if match[1] else bare
+                if factor is None:
+                    raise InputError(
+                        f"{path}: the column {column!r} states no unit; name it {column}_rad or {column}_deg, or state "
+                        "the unit of all angles (angle_unit, --angle-unit)."
+                    )
+                return values * factor
+        return None
+
+    time = take(rf"(?:time|t)(?:_({'|'.join(_TIME_UNITS)}))?", _TIME_UNITS, 1.0)
+    if time is None:
+        raise InputError(f"{path} has no column of the time. {suggest('time_s', table.columns)}")
+    coordinates: dict[str, Array] = {}
+    rates: dict[str, Array] = {}
+    for quantity in quantities:
+        units = ANGLE_UNITS if quantity.unit == "rad" else _LENGTH_UNITS
+        label = re.escape(renamed.get(quantity.name, quantity.name))
+        bare = 1.0 if quantity.unit == "m" else None if unit is None else ANGLE_UNITS[unit]
+        listed = "|".join(units)
+        values = take(rf"{label}(?:_({listed}))?", units, bare)
+        rate = take(rf"{label}_rate_({listed})_per_s", units)
+        coordinates |= {} if values is None else {quantity.name: values}
+        rates |= {} if rate is None else {quantity.name: rate}
+    found = {name: take(rf"{re.escape(name)}_({'|'.join(_FORCE_UNITS)})", _FORCE_UNITS) for name in actuators}
+    torques = {name: values for name, values in found.items() if values is not None}
+    ignored = tuple(name for name in (*table.columns, *table.texts) if name not in used)
+    return RecordedColumns(time, coordinates, rates, torques, ignored, _doubtful_units(quantities, coordinates))
+
+
+def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[str]) -> None:
+    """Raise InputError unless every coordinate has a column; the message names the nearest one."""
+    for name in names:
+        if name not in columns.coordinates:
+            raise InputError(
+                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} Another "
+                f"column is stated as columns={{{name!r}: 'COLUMN'}}, or --column {name}=COLUMN."
+            )
+
+
+def _doubtful_units(quantities: Iterable[RecordedQuantity], values: Mapping[str, Array]) -> tuple[str, ...]:
+    angles = [quantity.name for quantity in quantities if quantity.unit == "rad" and quantity.name in values]
+    return tuple(
+        f"{name} reaches {np.max(np.abs(values[name])):.3g} rad; if these are degrees, the column must state it"
+        for name in angles
+        if np.max(np.abs(values[name])) > LARGEST_ANGLE
+    )

@@ -1,0 +1,136 @@
+"""Conflicting limits of the gait of a planar robot, and a start from a motion that satisfies all limits."""
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from attrs import evolve
+
+from gaitopt.interrupts import defer_interrupt
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
+from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_relaxable import list_planar_limits, typical_planar_sizes
+from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
+from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Kind, Unknown
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.solution.conflict_search import ELASTIC_TOLERANCE, ElasticLimits, friction_of_cones
+from gaitopt.ocp.solution.relaxable_limits import relaxed_sides
+from gaitopt.progress import Observer
+from gaitopt.status import Status
+
+SHORTEST = 1e-2
+"""Fraction of the shortest duration of a phase that remains as its bound."""
+
+MOST_ELASTIC_ITERATIONS = 300
+"""Largest number of iterations of an elastic solve: a compass with double support takes 192."""
+
+RETRY = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
+"""Statuses after which a motion that satisfies all limits is searched."""
+
+
+class PlanarElastic(ElasticLimits):
+    """The gait problem of a planar robot whose limits are elastic, on the grid of the problem.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    solver : NlpSolver
+    observer : Observer
+    """
+
+    def __init__(self, problem: PlanarProblem, solver: NlpSolver, observer: Observer) -> None:
+        # The conditions on a motion do not depend on the objective: an objective without further unknowns is used.
+        self.problem = problem.replace(objective="torque_squared")
+        with defer_interrupt():
+            self.transcription = transcribe_planar(planar_structure(self.problem))
+            bounds = planar_bounds(self.transcription, self.problem)
+            limits = list_planar_limits(self.transcription, self.problem)
+            least = np.full(self.transcription.variables.size, -math.inf)
+            least[self.transcription.variables[Unknown.DURATION]] = SHORTEST * problem.limits.shortest_phase
+            sizes = typical_planar_sizes(self.transcription, self.problem)
+            elastic = ElasticNlp(self.transcription.nlp, bounds, relaxed_sides(limits, bounds), sizes, least)
+        super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
+
+    def minimise_excess(self) -> ElasticResult:
+        """Return the motion near the guess of the problem with the least excess over the limits."""
+        with defer_interrupt():
+            x = planar_start(self.transcription, self.problem)
+        return self.minimise_from(x)
+
+    def motion(self, result: ElasticResult) -> PlanarMotion:
+        """Return the motion of a result."""
+        with defer_interrupt():
+            return reconstruct_planar_motion(self.transcription, self.problem.values, result.x)
+
+    @defer_interrupt()
+    def find_sufficient_friction(self, x: Array) -> float:
+        """Return the friction coefficient whose cones contain all forces of a motion; nan with slip, tension or any."""
+        phases, rows = self.transcription.phases, self.transcription.constraints
+        if any(mode.slips for phase in phases for mode in (*phase.state, *(phase.outcome or ()))):
+            return math.nan  # friction also determines how the contacts slide
+        g = np.asarray(self.transcription.nlp.derivatives["jac_g"](x, self._data)[0]).ravel()
+        forward, backward = (
+            g[np.concatenate([rows.find(kind) for kind in kinds])]
+            for kinds in (
+                (Kind.CONE_FORWARD, Kind.IMPACT_CONE_FORWARD),
+                (Kind.CONE_BACKWARD, Kind.IMPACT_CONE_BACKWARD),
+            )
+        )
+        return friction_of_cones(self.problem.friction, forward, backward)
+
+
+def conclude_planar_failure(
+    problem: PlanarProblem,
+    failure: PlanarGait,
+    solver: Ipopt,
+    observer: Observer,
+    solve_once: Callable[[PlanarProblem], PlanarGait],
+) -> PlanarGait:
+    """Return the gait solved from a motion that satisfies all limits, or the failure with its reason.
+
+    The motion of least excess over all limits is determined near the guess.  If it exceeds none, the problem is solved
+    from it; otherwise the problem is infeasible near the guess, and the conflicting limits are reported.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+        A problem with a closed contact sequence.
+    failure : PlanarGait
+        Result of a solve that failed.
+    solver : Ipopt
+    observer : Observer
+    solve_once : callable
+        Solves a problem from its guess.
+    """
+    started = time.perf_counter()
+    tolerance = max(solver.tolerance, ELASTIC_TOLERANCE)
+    limited = evolve(solver, permute=False, tolerance=tolerance, max_iterations=MOST_ELASTIC_ITERATIONS)
+    elastic = PlanarElastic(problem, limited, observer)
+    try:
+        nearest = elastic.minimise_excess()
+        found = () if elastic.is_feasible(nearest) or not nearest.status.ok else elastic.find_conflicts(nearest)
+    except KeyboardInterrupt:
+        return failure.replace_fields(status=Status.INTERRUPTED)
+    if isinstance(found, ElasticResult):
+        nearest, found = found, ()
+    if elastic.is_feasible(nearest):
+        guess = FromPlanarGait(failure.replace_fields(motion=elastic.motion(nearest)))
+        gait = solve_once(problem.replace(guess=guess))
+        return gait if gait.status.ok else failure
+    if nearest.status is Status.INTERRUPTED or not found:
+        return failure
+    report = failure.solver.replace_fields(
+        message="no gait found near the start: the least excess over the limits is not zero",
+        conflicts=found,
+        solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
+    )
+    return failure.replace_fields(status=Status.INFEASIBLE, solver=report)

@@ -1,0 +1,29 @@
+"""Labels of axes: names of quantities with their units; angles are shown in degrees."""
+
+import numpy as np
+
+from gaitopt.motion.motion import Array
+
+
+def label_quantity(name: str, unit: str) -> str:
+    """Return the label of a quantity: its name in words and its unit, which is deg for rad.
+
+    Examples
+    --------
+    >>> label_quantity("peak_torque", "N m"), label_quantity("slope", "rad"), label_quantity("friction", "1")
+    ('peak torque [N m]', 'slope [deg]', 'friction')
+    """
+    words = name.replace("_", " ")
+    unit = "deg" if unit == "rad" else unit
+    return words if unit in ("", "1") else f"{words} [{unit}]"
+
+
+def in_shown_unit(values: Array, unit: str) -> Array:
+    """Return values in the unit in which they are shown: angles in degrees.
+
+    Examples
+    --------
+    >>> in_shown_unit(np.array([np.pi]), "rad").tolist(), in_shown_unit(np.array([2.0]), "m").tolist()
+    ([180.0], [2.0])
+    """
+    return np.degrees(values) if unit == "rad" else values

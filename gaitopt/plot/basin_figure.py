@@ -1,0 +1,101 @@
+"""The figure of a basin: the ending of the walk from each start."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.plot.branch_figure import angle_symbol_of
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.region_map import draw_regions
+from gaitopt.plot.style import FigureStyle, area_color
+from gaitopt.study.basins.basin_file import ending_labels
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+HEIGHT, STRIP_HEIGHT = 3.6, 2.6
+"""Height of a map, and of the figure of a basin over one coordinate [inch]."""
+
+FAILURES = {"fell": "0.85", "lift_off": "0.6", "no_touchdown": "0.93", "unsettled": "#F0E442"}
+"""Colours of endings that are not gaits; others are grey."""
+
+
+@check_arguments
+def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Figure":
+    r"""Draw the ending of the walk from each start of a basin: a colour for each gait, greys for failures.
+
+    Over one coordinate, the number of steps until the ending is drawn above the colours.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.basin` or :func:`gaitopt.load_basin`.
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If more than two coordinates or parameters vary, or no start is computed.
+
+    Examples
+    --------
+    >>> from gaitopt import basin, rimless_wheel
+    >>> figure = plot_basin(basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 1.0, 2.0]}))
+    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+    ('$\\\\dot{\\\\theta}$ [rad/s]', 'steps until the ending')
+    """
+    names = [str(name) for name in table.ending.dims]
+    if len(names) > 2:
+        raise InputError(f"A figure shows at most two axes of a basin, got {', '.join(names)}; select one by .isel.")
+    labels = ending_labels(table)
+    known = sorted(label for label in set(labels.ravel().tolist()) if label)
+    if not known:
+        raise InputError("The basin has no computed start to draw.")
+    kinds = np.array([known.index(label) if label else -1 for label in labels.ravel()]).reshape(labels.shape)
+    style, colors = style or FigureStyle(), ending_colors(known)
+    units = [str(table[name].attrs.get("units", "1")) for name in names]
+    places = [in_shown_unit(table[name].values, unit) for name, unit in zip(names, units, strict=True)]
+    shown = [_coordinate_label(name, unit) for name, unit in zip(names, units, strict=True)]
+    with style.figure(HEIGHT if len(names) == 2 else STRIP_HEIGHT) as figure:
+        axes = figure.subplots()
+        if len(names) == 1:
+            steps = np.where(table.steps.values > 0, table.steps.values, np.nan)
+            top = 1.08 * float(np.nanmax(steps, initial=1.0))
+            handles = draw_regions(
+                axes, (places[0], np.array([0.0, top])), np.stack([kinds, kinds], axis=1), colors, empty="not computed"
+            )
+            axes.plot(places[0], steps, color="black", linewidth=1.0, drawstyle="steps-mid")
+            axes.set(xlabel=shown[0], ylabel="steps until the ending", ylim=(0, top))
+        else:
+            handles = draw_regions(axes, (places[0], places[1]), kinds, colors, empty="not computed")
+            axes.set(xlabel=shown[0], ylabel=shown[1])
+        texts = [str(handle.get_label()).replace("_", " ") for handle in handles]
+        add_page_legend(figure, handles, texts, columns=3, width=style.width, loc="outside upper center")
+    return figure
+
+
+def ending_colors(labels: list[str]) -> dict[str, str]:
+    """Return a colour for each ending: light colours for gaits, grey for a failure.
+
+    Examples
+    --------
+    >>> ending_colors(["fell", "stick | stick"])
+    {'fell': '0.85', 'stick | stick': '#73b2d6'}
+    """
+    gaits = [label for label in labels if "|" in label]
+    colors = {name: area_color(number) for number, name in enumerate(gaits)}
+    return {label: colors.get(label) or FAILURES.get(label, "0.45") for label in labels}
+
+
+def _coordinate_label(name: str, unit: str) -> str:
+    symbol = angle_symbol_of(name)
+    label = label_quantity(name, unit)
+    return label.replace(name.replace("_", " "), symbol, 1) if symbol.startswith("$") else label

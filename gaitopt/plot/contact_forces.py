@@ -1,0 +1,66 @@
+"""Contact forces in stick figures: each force as a line from its foot, in the friction cone of the ground."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.link_roles import tilt
+from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.plot.style import CONE, FORCE
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+LENGTH = 0.3
+"""Length of a force equal to the weight, over the height of the walker."""
+
+LABELS = ("contact force", "friction cone")
+FORCE_LINE: dict[str, Any] = {"color": FORCE, "linewidth": 1.6, "solid_capstyle": "butt"}
+CONE_FACE: dict[str, Any] = {"facecolor": CONE, "edgecolor": "0.6", "linewidth": 0.5}
+
+
+def draw_contact_forces(
+    axes: "Axes", view: MotionView, phase: PhaseView, sample: int, *, shift: float, height: float
+) -> None:
+    """Draw the forces on the feet that bear some at a sample of a phase, each in its friction cone.
+
+    A force equal to the weight has a length of 0.3 times the height of the walker; cones are as high as that.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    view : MotionView
+    phase : PhaseView
+    sample : int
+    shift : float [m]
+        Displacement of the stick figure along the ground.
+    height : float [m]
+        Height of the walker.
+    """
+    friction, slope, unit = view.parameters["friction"], view.parameters["slope"], LENGTH * height
+    for foot in view.feet:
+        if foot not in view.loaded or phase.modes[foot] is Mode.FREE:
+            continue
+        place = phase.places[:, foot, sample] + np.array([shift, 0.0])
+        if np.isfinite(friction):
+            edge = np.array([friction, 1.0]) * unit / np.hypot(friction, 1.0)
+            corners = np.column_stack([place, place + edge * [-1, 1], place + edge])
+            axes.fill(*tilt(corners, slope), zorder=1, **CONE_FACE)
+        tip = place + unit * phase.forces[foot, :, sample] / view.weight
+        axes.plot(*tilt(np.column_stack([place, tip]), slope), zorder=5.5, label="_force", **FORCE_LINE)
+
+
+def force_handles() -> "list[Artist]":
+    """Return the handles of the legend for a contact force and a friction cone, as in `LABELS`."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    return [Line2D([], [], **FORCE_LINE), Patch(**CONE_FACE)]
+
+
+def walker_height(figures: list[Array]) -> float:
+    """Return the height of the tallest of some stick figures, each a (2, n_points) array [m]."""
+    return max(float(np.ptp(figure[1])) for figure in figures)

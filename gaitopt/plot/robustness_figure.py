@@ -1,0 +1,125 @@
+"""The figure of push tests: the largest disturbances survived, and the return to the gait over the steps."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
+from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.style import NARROW, FigureStyle, line_style
+from gaitopt.stability.recovery import Recovery
+from gaitopt.study.robustness.robustness_record import RobustnessRecord
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ROW_HEIGHT, BAR_HEIGHT, RETURN_HEIGHT = 0.42, 0.13, 2.2
+"""Heights of the axis of a disturbance, of each bar in it, and of the panel of the return to the gait [inch]."""
+
+
+@check_arguments
+def plot_robustness(
+    records: RobustnessRecord | Mapping[str, RobustnessRecord], *, style: FigureStyle | None = None
+) -> "Figure":
+    """Draw push tests: the largest disturbance of each kind survived, and the share of walks that have returned.
+
+    Each kind of disturbance has a separate axis, with a bar for each test up to the largest disturbance survived and
+    a cross at the smallest one not survived.  Below are the shares of the walks that have returned to the gait after a
+    number of steps, from random pushes in a ball.
+
+    Parameters
+    ----------
+    records : RobustnessRecord or mapping of str to RobustnessRecord
+        From :func:`gaitopt.study.load_robustness`; several tests are compared, by their labels.
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If there is no record.
+
+    Examples
+    --------
+    >>> from gaitopt.study import RobustnessMargins
+    >>> margins = (RobustnessMargins("push", 0.1, 0.2, "rad/s"), RobustnessMargins("sensor delay", 0.01, None, "s"))
+    >>> record = RobustnessRecord(law="lqr", radius=0.4, steps=50, margins=margins, recoveries={"lqr": None})
+    >>> [axes.get_title(loc="left") for axes in plot_robustness(record).axes]
+    ['push [rad/s]', 'sensor delay [s]']
+    """
+    tests = {records.law: records} if isinstance(records, RobustnessRecord) else dict(records)
+    if not tests:
+        raise InputError("A figure of push tests needs at least one record.")
+    style = style or FigureStyle()
+    kinds = list(dict.fromkeys(margin.kind for test in tests.values() for margin in test.margins))
+    returns = _named_recoveries(tests)
+    columns = 1 if style.width < NARROW else 2
+    rows = -(-len(kinds) // columns)
+    height = rows * (ROW_HEIGHT + BAR_HEIGHT * len(tests) + 0.2)
+    with style.figure(height + 0.5 + RETURN_HEIGHT * bool(returns)) as figure:
+        grid = figure.add_gridspec(1 + bool(returns), 1, height_ratios=[height, RETURN_HEIGHT][: 1 + bool(returns)])
+        inner = grid[0].subgridspec(rows, columns)
+        for number, kind in enumerate(kinds):
+            _draw_kind(figure.add_subplot(inner[number % rows, number // rows], label=kind), kind, tests)
+        if returns:
+            _draw_returns(figure.add_subplot(grid[1], label="return"), returns, style.width)
+        if len(tests) > 1:
+            bars: list[Any] = list(figure.axes[0].containers)
+            add_page_legend(figure, bars, list(tests), columns=3, width=style.width, loc="outside upper center")
+    return figure
+
+
+def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, Recovery]:
+    """Return the recoveries of all tests by their laws, with the label of the test if there are several."""
+    return {
+        name if len(tests) == 1 else f"{label}: {name}": recovery
+        for label, test in tests.items()
+        for name, recovery in test.recoveries.items()
+        if recovery is not None
+    }
+
+
+def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -> None:
+    """Draw the margins of one kind of disturbance, a bar for each test."""
+    largest, unit = 0.0, "1"
+    for number, test in enumerate(tests.values()):
+        margin = next((margin for margin in test.margins if margin.kind == kind), None)
+        color = line_style(number)["color"]
+        if margin is None:
+            axes.barh(number, 0.0, 0.7, color=color)
+            continue
+        unit = margin.unit
+        survived = float(in_shown_unit(np.array(margin.survived), unit))
+        failed = None if margin.failed is None else float(in_shown_unit(np.array(margin.failed), unit))
+        axes.barh(number, survived, 0.7, color=color)
+        if failed is not None:
+            axes.plot([failed], [number], "x", color="0.15", markersize=4)
+        largest = max(largest, survived, failed or 0.0)
+    axes.set_title(label_quantity(kind, unit), loc="left", pad=3)
+    axes.set(ylim=(len(tests) - 0.5, -0.5), yticks=[], xlim=(0, 1.08 * largest if largest else 1.0))
+    axes.grid(visible=False, axis="y")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _draw_returns(axes: "Axes", returns: Mapping[str, Recovery], width: float) -> None:
+    """Draw the share of the walks of each law that have returned to the gait after a number of steps."""
+    for number, (name, recovery) in enumerate(returns.items()):
+        settling = np.sort(np.array(recovery.settling, dtype=float))
+        steps = np.concatenate([[0.0], settling, [float(recovery.steps)]])
+        counts = np.concatenate([[0.0], np.arange(1, settling.size + 1), [float(settling.size)]])
+        axes.step(steps, 100 * counts / recovery.starts, where="post", label=name, **line_style(number))
+    size = max(recovery.radius for recovery in returns.values())
+    axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(0, 104))
+    axes.set_title(f"random pushes up to {size:.3g} rad/s", loc="left", pad=3)
+    axes.set_xlim(0, max(recovery.steps for recovery in returns.values()))
+    handles, labels = axes.get_legend_handles_labels()
+    figure = axes.get_figure(root=True)
+    if figure is not None:
+        add_page_legend(figure, handles, labels, columns=3, width=width, loc="outside lower center")

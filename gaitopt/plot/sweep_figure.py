@@ -1,0 +1,165 @@
+"""The figure of a sweep: a quantity of optimal gaits over one or two parameters, and the sequence of lowest cost."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError, suggest
+from gaitopt.motion.motion import Array
+from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.region_map import draw_regions
+from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+HEIGHT, MAP_HEIGHT = 3.4, 2.9
+"""Height of a figure over one parameter, and of a map over two [inch]."""
+
+FAILURE_ROW = 0.07
+"""Height of a row of crosses over that of the lines."""
+
+COLOURS = "cividis"
+"""Colour map of a quantity, which is the same for readers with and without colour vision."""
+
+
+@check_arguments
+def plot_sweep(
+    table: "xr.Dataset", *, quantity: str = "cost_of_transport", style: FigureStyle | None = None
+) -> "Figure":
+    """Draw a quantity of the optimal gaits of a sweep over its parameters.
+
+    Over one parameter, each contact sequence is a line, the gaits of lowest cost are large marks, and a cross at the
+    bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest cost and its
+    contact sequence.  Parameters with one value are left out.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From :func:`gaitopt.sweep` or :func:`gaitopt.load_sweep`.
+    quantity : str
+        Numeric variable of the dataset.  If it has a value for each actuator or contact, the largest magnitude is
+        drawn.
+    style : FigureStyle, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If the quantity is unknown, more than two parameters vary, or no gait was found.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped, sweep
+    >>> problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", speed=0.6, step_length=0.45,
+    ...                       limits=Limits(torque=6), transcription=MultipleShooting(intervals=8))
+    >>> figure = plot_sweep(sweep(problem, {"friction": [0.2, 0.25]}, starts=1), quantity="impact_loss")
+    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+    ('friction', 'impact loss [J]')
+    """
+    values, unit = _read_quantity(table, quantity)
+    table = table.squeeze([name for name in table.status.dims if name != "sequence" and table.sizes[name] == 1])
+    names = [str(name) for name in table.status.dims if name != "sequence"]
+    if not names:
+        raise InputError("A figure of a sweep needs a parameter with at least two values.")
+    if len(names) > 2:
+        chosen = f"table.sel({names[-1]}={float(table[names[-1]].values[0]):g})"
+        raise InputError(f"A figure shows at most two parameters of a sweep, got {', '.join(names)}; use {chosen}.")
+    values = values.reshape(table.status.shape)
+    lowest = find_lowest(table)
+    if not np.any(lowest >= 0):
+        raise InputError("The sweep has no solved gait to draw.")
+    style, label = style or FigureStyle(), label_quantity(quantity, unit)
+    if len(names) == 1:
+        return _draw_lines(table, names[0], (in_shown_unit(values, unit), lowest), label, style)
+    return _draw_maps(table, names, (in_shown_unit(values, unit), lowest), label, style)
+
+
+def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":
+    """Return the number of the contact sequence of lowest cost at each point of a sweep, -1 without a gait."""
+    sequences = [str(name) for name in table.sequence.values]
+    if "lowest_sequence" in table:
+        names = table.lowest_sequence.values.astype(str)
+        return np.array([sequences.index(name) if name else -1 for name in names.ravel()]).reshape(names.shape)
+    cost = np.where(table.status.values == "solved", table.objective.values, np.inf)
+    return np.where(np.isfinite(cost).any(axis=0), np.argmin(cost, axis=0), -1)
+
+
+def _read_quantity(table: "xr.Dataset", quantity: str) -> tuple[Array, str]:
+    """Return the values of a quantity over sequences and axes, and its unit; InputError for an unknown quantity."""
+    places = set(table.status.dims)
+    known = [str(n) for n, v in table.data_vars.items() if v.dtype.kind in "fi" and places <= set(v.dims)]
+    if quantity not in known:
+        raise InputError(f"The sweep has no quantity {quantity!r}. {suggest(quantity, known)}")
+    column = table[quantity]
+    others = [name for name in column.dims if name not in places]
+    if others:
+        column = abs(column).max(others)
+    return np.asarray(column.transpose(*table.status.dims).values, dtype=float), str(table[quantity].attrs["units"])
+
+
+def _draw_lines(table: "xr.Dataset", name: str, columns: tuple[Array, Any], label: str, style: FigureStyle) -> "Figure":
+    values, lowest = columns
+    unit = str(table[name].attrs.get("units", "1"))
+    across = in_shown_unit(table[name].values, unit)
+    with style.figure(HEIGHT) as figure:
+        axes = figure.subplots()
+        for number, (sequence, row) in enumerate(zip(table.sequence.values, values, strict=True)):
+            line, best = line_style(number), lowest == number
+            axes.plot(across, row, label=str(sequence), marker="o", markersize=2.5, **line)
+            axes.plot(across[best], row[best], "o", color=line["color"], markersize=5.5, label="_lowest")
+        _mark_failures(axes, across, values)
+        axes.set(xlabel=label_quantity(name, unit), ylabel=label)
+        handles, labels = axes.get_legend_handles_labels()
+        if len(values) > 1:
+            mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
+            handles, labels = [*handles, mark], [*labels, "lowest cost"]
+        add_page_legend(figure, handles, labels, columns=3, width=style.width, loc="outside upper center")
+    return figure
+
+
+def _mark_failures(axes: "Axes", across: Array, values: Array) -> None:
+    """Mark points without a gait by crosses below the lines, in a row for each sequence that has some."""
+    failed = ~np.isfinite(values)
+    incomplete = np.flatnonzero(failed.any(axis=1))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - FAILURE_ROW * (high - low) * incomplete.size, high)
+    for row, number in enumerate(incomplete):
+        places = across[failed[number]]
+        height = np.full(places.size, low - FAILURE_ROW * (high - low) * (row + 0.4))
+        axes.plot(places, height, "x", color=line_style(int(number))["color"], markersize=4, label="_failure")
+
+
+def _draw_maps(
+    table: "xr.Dataset", names: list[str], columns: tuple[Array, Any], label: str, style: FigureStyle
+) -> "Figure":
+    values, lowest = columns
+    units = [str(table[name].attrs.get("units", "1")) for name in names]
+    across, upward = (in_shown_unit(table[name].values, unit) for name, unit in zip(names, units, strict=True))
+    chosen = np.take_along_axis(values, np.maximum(lowest, 0)[None], axis=0)[0]
+    chosen = np.where(lowest >= 0, chosen, np.nan)
+    several, narrow = table.sizes["sequence"] > 1, style.width < NARROW
+    rows, count = (1 + several, 1) if narrow else (1, 1 + several)
+    with style.figure(MAP_HEIGHT * rows + 0.3) as figure:
+        panels = figure.subplots(rows, count, sharex=True, sharey=True, squeeze=False).ravel()
+        mesh = panels[0].pcolormesh(across, upward, chosen.T, cmap=COLOURS, shading="nearest", rasterized=True)
+        figure.colorbar(mesh, ax=panels[0], label=label)
+        if several:
+            sequences = [str(name) for name in table.sequence.values]
+            styles = {name: area_color(number) for number, name in enumerate(sequences)}
+            handles = draw_regions(panels[1], (across, upward), lowest, styles)
+            texts = [str(handle.get_label()) for handle in handles]
+            add_page_legend(figure, handles, texts, columns=3, width=style.width, loc="outside upper center")
+        for axes in panels:
+            axes.grid(visible=False)
+            axes.label_outer()
+        figure.supxlabel(label_quantity(names[0], units[0]), fontsize=style.font_size)
+        figure.supylabel(label_quantity(names[1], units[1]), fontsize=style.font_size)
+    return figure

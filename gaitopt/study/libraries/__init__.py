@@ -1,0 +1,1 @@
+"""Libraries: the gaits of a sweep, interpolated between the points of its grid."""

@@ -1,0 +1,54 @@
+"""Stability and recovery of gaits in open loop, as measured in sweeps and trade-offs."""
+
+import math
+
+import numpy as np
+
+from gaitopt.control.law import feedforward
+from gaitopt.errors import InputError
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
+from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.recovery import PushTest, largest_recovery
+
+PUSHES = PushTest(starts=20, resolution=0.1)
+"""Pushes by which the recovery of a gait is measured."""
+
+
+def measure_multipliers(gait: AnyGait) -> Array:
+    """Return the multipliers of the return map in open loop, the largest magnitude first; empty without a gait.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> multipliers = measure_multipliers(load("docs/examples/compass_slip.h5"))
+    >>> multipliers.size, round(abs(multipliers[0]), 2)
+    (4, np.float64(0.63))
+    """
+    try:
+        cycle = assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)
+    except InputError:
+        return np.empty(0, dtype=complex)
+    multipliers = np.asarray(cycle.multipliers, dtype=complex)
+    return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+
+
+def measure_radius(gait: Gait) -> float:
+    """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
+    try:
+        return assess_stability(gait).radius
+    except InputError:
+        return math.nan
+
+
+def measure_recovery(gait: Gait) -> float:
+    """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
+    try:
+        cycle = assess_stability(gait)
+    except InputError:
+        return 0.0
+    walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
+    return largest_recovery(walker, cycle, PUSHES).radius

@@ -1,0 +1,80 @@
+"""plot and show accept files of every kind, and push stores its result."""
+
+import json
+
+import pytest
+
+from gaitopt import basin, load_basin, rimless_wheel
+from gaitopt.study import RobustnessMargins, RobustnessRecord, load_result, load_robustness, save_robustness
+
+
+@pytest.fixture
+def record(folder):
+    margins = (RobustnessMargins("push", 0.1, 0.2, "rad/s"),)
+    record = RobustnessRecord(law="lqr", radius=0.4, steps=50, margins=margins, recoveries={"lqr": None})
+    save_robustness(record, folder / "push.json")
+    return record
+
+
+def test_files_of_each_kind_are_drawn_and_printed(command, folder, root, record):
+    basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]}, path=folder / "basin.nc")
+    for path, words in [
+        (folder / "basin.nc", " 50.00 %  fell"),
+        (folder / "push.json", "push          0.1        0.2      rad/s"),
+        (root / "docs/examples/compass_slope.nc", "special points"),
+    ]:
+        done = command("plot", path, "-o", folder / "figure.png", "--width", 3.5, "--json")
+        assert (done.status, done.json) == (0, {"file": str(folder / "figure.png")})
+        assert words in command("show", path).out
+        assert command("show", path, "--json").json["file"] == str(path)
+    done = command(
+        "plot", root / "docs/examples/compass_slope.nc", "--quantity", "th2_rate", "-o", folder / "branch.svg"
+    )
+    assert done.status == 0
+
+
+def test_stored_results_are_the_same(folder, record):
+    assert load_robustness(folder / "push.json") == load_result(folder / "push.json") == record
+    table = basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]}, path=folder / "basin.nc")
+    assert load_result(folder / "basin.nc").identical(load_basin(folder / "basin.nc"))
+    assert table.identical(load_basin(folder / "basin.nc"))
+
+
+STUDY = """
+from gaitopt import load
+from gaitopt.stability import assess_stability
+
+def study(share: float = 0.5):
+    gait = load({gait!r})
+    return {{"slipping gait": gait, "cycle": assess_stability(gait), "share": share}}
+"""
+
+
+def test_a_study_script_returns_any_results(command, folder, slip_file):
+    (folder / "study.py").write_text(STUDY.format(gait=str(slip_file)))
+    done = command("run", "study.py", "--set", "share=0.25")
+    assert done.status == 0
+    assert {path.name for path in folder.glob("*.png")} == {"study_slipping_gait.png", "study_cycle.png"}
+    assert "cost of transport" in done.out
+    assert "share: 0.25" in done.out
+    results = command("run", "study.py", "--json").json["results"]
+    assert results["slipping gait"]["result"]["status"] == "solved"
+    assert results["share"] == {"value": 0.5}
+    (folder / "study.py").write_text("def study():\n    return 'walks'\n")
+    done = command("run", "study.py")
+    assert done.status == 2
+    assert "must return a Reproduction, a figure, a result of gaitopt" in done.err
+
+
+def test_files_that_are_no_results_are_named(command, folder):
+    (folder / "other.json").write_text(json.dumps({"format": "poem"}))
+    (folder / "empty").mkdir()
+    for name, message in [
+        ("other.json", "is not a JSON file of 'gaitopt tuned gains', 'gaitopt push test'"),
+        ("empty", "contains no ranking.json"),
+        ("nowhere.nc", "There is no file"),
+    ]:
+        for verb in ("plot", "show"):
+            done = command(verb, folder / name)
+            assert done.status == 2
+            assert message in done.err

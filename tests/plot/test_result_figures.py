@@ -1,0 +1,221 @@
+"""Figures of every kind of result fit on a journal column and on a page, and show what the result contains."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
+from gaitopt.plot import (
+    plot_basin,
+    plot_ranking,
+    plot_result,
+    plot_robustness,
+    plot_sweep,
+    plot_tuning,
+    view_result,
+)
+from gaitopt.plot.style import area_color, line_style
+from gaitopt.stability.recovery import Recovery
+from gaitopt.study import RobustnessMargins, RobustnessRecord
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits
+from gaitopt.tuning.controller_family import FamilySettings
+from gaitopt.tuning.record import Trial
+from gaitopt.tuning.tuning_file import TunedGains
+from tests.conftest import ROOT
+
+SEQUENCES = ["stick | stick", "slip+ stick | slip+", "slip- stick slip+ | stick"]
+
+
+def make_sweep(**axes):
+    """A sweep in which the first sequence has the lowest cost below the middle of the last axis, the second above."""
+    shape = (3, *(len(values) for values in axes.values()))
+    cost = np.full(shape, np.nan)
+    cost[0] = np.linspace(1, 2, shape[-1])
+    cost[1] = np.linspace(1.39, 1.59, shape[-1])
+    cost[0, ..., 0] = np.nan  # its first point failed
+    dims = ("sequence", *axes)
+    table = xr.Dataset(
+        {
+            "cost_of_transport": (dims, cost, {"units": "1"}),
+            "objective": (dims, cost, {"units": "1"}),
+            "peak_torque": ((*dims, "actuator"), np.stack([cost, -3 * cost], axis=-1), {"units": "N m"}),
+            "status": (dims, np.where(np.isfinite(cost), "solved", "infeasible")),
+        },
+        {"sequence": SEQUENCES, **{name: (name, values, {"units": "rad"}) for name, values in axes.items()}},
+    )
+    return table.assign_attrs(format="gaitopt sweep")
+
+
+def make_front():
+    columns = {"cost": [1.0, 2.0, 4.0], "peak_torque": [6.0, 3.0, 2.0], "front": [1, 1, 1], "knee": [0, 1, 0]}
+    table = xr.Dataset({name: ("point", values) for name, values in columns.items()})
+    return table.assign_attrs(objectives=["cost", "peak_torque"], objective="cost_of_transport", format="gaitopt front")
+
+
+def make_record():
+    kinds = ("push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay")
+    units = ("rad/s", "rad", "rad", "1", "N m", "s")
+    margins = [RobustnessMargins(kind, 0.1, 0.12, unit) for kind, unit in zip(kinds, units, strict=True)]
+    recovery = Recovery(radius=0.1, starts=4, returned=3, steps=30, tolerance=1e-4, settling=(5, 9, 7))
+    recoveries = {"computed torque, by the stance angle": recovery, "open loop": recovery, "none": None}
+    return RobustnessRecord(law="lqr", radius=0.5, steps=50, margins=tuple(margins), recoveries=recoveries)
+
+
+def make_gains():
+    gains = {"stiffness": 30.0}
+    trials = tuple(Trial(gains, value) for value in (0.8, float("inf"), 0.5, 0.6))
+    options = {"settings": FamilySettings(), "objective": "spectral radius", "trials": trials, "radius_before": 0.7}
+    return TunedGains(family="joint_pd", gains=gains, radius=0.5, multipliers=(0.3 + 0.4j, 0.3 - 0.4j), **options)
+
+
+@pytest.fixture(scope="module")
+def results(slipping_both_ways, hop_gait):
+    diagram = load_diagram(ROOT / "docs/examples/compass_slope.nc")
+    rates = {"theta_rate": np.linspace(0.1, 3, 6)}
+    wheel = basin(rimless_wheel(), {"slope": 0.23}, rates)
+    plane = basin(rimless_wheel(), {}, {**rates, "slope": [0.1, 0.3]})
+    ranking = rank_gaits([judge_gait(gait, 5e-4, None) for gait in (slipping_both_ways, slipping_both_ways)], True)
+    planar = RankedGait(sequence=hop_gait.sequence, status="solved", gait=hop_gait)
+    return {
+        "gait": slipping_both_ways,
+        "gait of several contacts": hop_gait,
+        "comparison": compare({"one": slipping_both_ways, "other": slipping_both_ways}),
+        "branches": diagram,
+        "sweep": make_sweep(slope=np.linspace(0.0, 0.1, 5)),
+        "sweep over two": make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)),
+        "basin": wheel,
+        "basin over two": plane,
+        "front": make_front(),
+        "ranking": ranking,
+        "ranking of several contacts": Ranking((planar,), True),
+        "push test": make_record(),
+        "tuned gains": make_gains(),
+    }
+
+
+@pytest.mark.parametrize(("width", "names"), [(3.5, ()), (7.0, ("sweep over two", "ranking", "push test"))])
+def test_no_figure_is_clipped(results, width, names):
+    style = FigureStyle(width=width, font_size=8)
+    for name, result in results.items():
+        if names and name not in names:
+            continue
+        figure = plot_result(result, style=style)
+        figure.draw_without_rendering()
+        box, (across, upward) = figure.get_tightbbox(), figure.get_size_inches()
+        tolerance = 0.02  # inch
+        inside = (box.x0 > -tolerance, box.y0 > -tolerance, box.x1 < across + tolerance, box.y1 < upward + tolerance)
+        assert all(inside), (name, box.bounds, (across, upward))
+        assert across == width
+
+
+def test_a_sweep_over_one_parameter_has_a_line_for_each_sequence_and_marks_the_lowest_cost():
+    figure = plot_sweep(make_sweep(slope=np.linspace(0.0, 0.1, 5)))
+    (axes,) = figure.axes
+    lines = {line.get_label(): line for line in axes.lines}
+    assert [line.get_label() for line in axes.lines if line.get_label()[0] != "_"][:3] == SEQUENCES
+    np.testing.assert_allclose(lines["stick | stick"].get_xdata(), np.degrees(np.linspace(0.0, 0.1, 5)))
+    marks = [line.get_xdata() for line in axes.lines if line.get_label() == "_lowest"]
+    np.testing.assert_allclose(np.degrees([0.025]), marks[0])
+    np.testing.assert_allclose(np.degrees([0.0, 0.05, 0.075, 0.1]), marks[1])
+    failures = [line for line in axes.lines if line.get_label() == "_failure"]
+    assert [line.get_xdata().size for line in failures] == [1, 5]
+    assert axes.get_xlabel() == "slope [deg]"
+
+
+def test_a_sweep_over_two_parameters_shows_the_sequence_of_lowest_cost():
+    figure = plot_sweep(make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)), quantity="peak_torque")
+    quantity, regions = figure.axes[0].collections[0], figure.axes[1].collections[0]
+    assert np.asarray(regions.get_array()).reshape(4, 2)[:, 0].tolist() == [1, 0, 1, 1]
+    np.testing.assert_allclose(np.asarray(quantity.get_array()).reshape(4, 2)[1], 3 * (1 + 1 / 3))
+    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert texts == SEQUENCES[:2]
+
+
+def test_a_basin_has_a_colour_for_each_ending(results):
+    handles = plot_basin(results["basin over two"]).legends[0].legend_handles
+    colors = {handle.get_label(): handle.get_facecolor() for handle in handles}
+    assert {"fell", "stick | stick"} <= set(colors)
+    assert len(set(colors.values())) == len(colors)
+
+
+def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_ways):
+    costs = plot_ranking(results["ranking"]).axes[0]
+    assert next(text.get_text() for text in costs.texts).startswith(str(slipping_both_ways.sequence))
+    modes = plot_ranking(results["ranking of several contacts"]).axes[1]
+    assert sum(patch.get_width() for patch in modes.patches) == pytest.approx(100)
+
+
+def test_tuned_gains_show_the_search_and_the_multipliers(results):
+    search, plane = plot_tuning(results["tuned gains"]).axes
+    lowest = next(line for line in search.lines if line.get_label() == "lowest so far")
+    assert lowest.get_ydata().tolist() == [0.8, 0.8, 0.5, 0.5]
+    assert {line.get_label() for line in search.lines} >= {"open loop", "border of stability"}
+    assert sorted(plane.lines[-1].get_ydata()) == [-0.4, 0.4]
+
+
+def test_a_push_test_has_an_axis_for_each_disturbance(results):
+    record = results["push test"]
+    figure = plot_robustness({"one": record, "other": replace(record, margins=record.margins[:1])})
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles[:2] == ["push [rad/s]", "downhill slope [deg]"]
+    assert figure.axes[1].patches[0].get_width() == pytest.approx(np.degrees(0.1))
+    returned = figure.axes[-1].lines[0].get_ydata()
+    assert returned.max() == 75
+
+
+def test_what_has_no_figure_is_refused(results):
+    flat = make_sweep(slope=[0.0], friction=[0.1])
+    three = make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2], speed=[0.5, 0.6])
+    for action, message in [
+        (lambda: plot_sweep(flat), "at least two values"),
+        (lambda: plot_sweep(three), r"at most two parameters of a sweep.*table.sel\(speed=0.5\)"),
+        (lambda: plot_sweep(results["sweep"], quantity="peak_torqe"), "peak_torque"),
+        (lambda: plot_result(1.0), "no figure of an object of class float"),
+        (lambda: plot_result(results["tuned gains"], quantity="x"), "for a sweep and for a diagram"),
+        (lambda: plot_robustness({}), "at least one record"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            action()
+
+
+def simulate_deuteranopia(color):
+    """Return a colour as readers without green cones see it (Vienot, Brettel and Mollon 1999, linear RGB)."""
+    from matplotlib.colors import to_rgb
+
+    linear = np.array(to_rgb(color)) ** 2.2
+    to_cones = np.array([[17.8824, 43.5161, 4.1194], [3.4557, 27.1554, 3.8671], [0.0300, 0.1843, 1.4671]])
+    without_green = np.array([[1, 0, 0], [0.494207, 0, 1.24827], [0, 0, 1]])
+    seen = np.linalg.solve(to_cones, without_green @ to_cones @ linear)
+    return np.clip(seen, 0, 1) ** (1 / 2.2)
+
+
+def test_colours_of_lines_and_areas_differ_without_green_cones():
+    for colors in ([line_style(k)["color"] for k in range(5)], [area_color(k) for k in range(4)]):
+        seen = [simulate_deuteranopia(color) for color in colors]
+        gaps = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
+        assert min(gaps) > 0.1, gaps
+
+
+def test_a_notebook_shows_results_with_their_figures(results):
+    for name in ("ranking", "push test", "tuned gains", "branches"):
+        page = view_result(results[name])
+        assert page.count("<svg") == 1, name
+        assert "<code>" in page
+        assert len(repr(results[name])) < 300, name
+    assert "<td>30</td>" in view_result(results["tuned gains"])
+    front = view_result(results["front"])
+    assert "<svg" in front
+    assert "xarray" in front
+    foreign = xr.Dataset({"a": 1.0})
+    assert view_result(foreign).count("<svg") == foreign._repr_html_().count("<svg")
+
+
+def test_every_displayed_class_exists():
+    from importlib import import_module
+
+    from gaitopt.ipython import DISPLAYED, DRAWN
+
+    for module, name in [*DISPLAYED.items(), *DRAWN]:
+        assert getattr(import_module(module), name).__module__ == module
