@@ -24,6 +24,9 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 
+EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
+"""Content of the files that export writes, by their suffix."""
+
 
 def plot(
     file: ResultFile,
@@ -180,13 +183,7 @@ def export(
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {
-        ".csv": "trajectories",
-        ".json": "torques and gains",
-        ".c": "dynamics and controller",
-        ".py": "controller",
-    }
-    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
+    suffix, gait = check_suffix(output, EXPORTS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return

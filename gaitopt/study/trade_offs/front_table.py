@@ -161,8 +161,7 @@ def tabulate_front(front: Front) -> "xr.Dataset":
         column = np.array([bounds[index[axis]] for index in points])
         table[f"bound_{quantity.name}"] = ("point", column, {"units": quantity.unit, "long_name": "bound"})
     for kind, end in (("forward", "loose"), ("backward", "tight")):
-        gaits = [front.gait(index, f"{kind}-last") for index in points]
-        costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
+        costs = [_cost_of(front.gait(index, f"{kind}-last")) for index in points]
         table[f"{kind}_cost"] = (
             "point",
             costs,
@@ -197,6 +196,11 @@ def tabulate_front(front: Front) -> "xr.Dataset":
         {"point": ("point", np.arange(len(points)), {"units": "1"})},
         _attributes(front, complete=None not in solved),
     )
+
+
+def _cost_of(gait: Gait | None) -> float:
+    """Return the cost of a solved gait; nan without one."""
+    return gait.solver.objective if gait is not None and gait.status.ok else math.nan
 
 
 def _unit(front: Front, quantity: Quantity) -> str:
