@@ -24,6 +24,9 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 
+EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
+"""Content of the files that export writes, by their suffix."""
+
 
 def plot(
     file: ResultFile,
@@ -129,15 +132,6 @@ def report(
     report_file(written, json=json)
 
 
-FORMATS = {
-    ".csv": "trajectories",
-    ".json": "torques and gains",
-    ".c": "dynamics and controller",
-    ".py": "controller",
-}
-"""Contents of the files that `export` writes of a gait, by suffix."""
-
-
 def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
     """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
     from gaitopt.export.library_module import write_library
@@ -179,7 +173,7 @@ def export(
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
-    Of a sweep (.nc), a .py file interpolates the gaits over its axes. The largest errors in the middles of the grid
+    Of a sweep (.nc), a .py file interpolates the gaits over its axes.  The largest errors in the middles of the grid
     cells are reported.
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
@@ -194,7 +188,7 @@ def export(
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    suffix, gait = check_suffix(output, FORMATS), load_any_gait(file, problem)
+    suffix, gait = check_suffix(output, EXPORTS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return

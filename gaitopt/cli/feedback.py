@@ -1,6 +1,7 @@
 """Commands on feedback: tune, push."""
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -69,9 +70,7 @@ def tune(
     from gaitopt.tuning.tuning_file import save_tuning
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
-    if output is not None:
-        check_suffix(output, {".json": "tuned gains"})
-        check_writable(output)
+    _check_output(output, "tuned gains")
     gait = load_single_support_gait(file, problem)
     with show_progress("tuning", hidden=json) as display:
         tuned = tune_feedback(
@@ -94,6 +93,13 @@ def tune(
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
+
+
+def _check_output(path: Path | None, content: str) -> None:
+    """Raise an error unless a path is that of a JSON file and writable; None is accepted."""
+    if path is not None:
+        check_suffix(path, {".json": content})
+        check_writable(path)
 
 
 def _progress(step: TuningStep | VerificationStep) -> str:
@@ -135,9 +141,7 @@ def push(
     from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
 
     began = time.perf_counter()
-    if output is not None:
-        check_suffix(output, {".json": "push test"})
-        check_writable(output)
+    _check_output(output, "push test")
     gait = load_single_support_gait(file, problem)
     robot = gait.robot
     chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
@@ -146,9 +150,8 @@ def push(
         margins = _margins_of(robot, chosen, cycle, steps, test, team, hidden=json)
     laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
     basins = _basins(gait, laws, ball, test, hidden=json)
-    if output is not None:
-        record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
-        save_robustness(record, output)
+    record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
+    written = None if output is None else save_robustness(record, output)
     facts = {
         "law": title,
         "engine": default_engine(chosen, robot).name,
@@ -161,8 +164,8 @@ def push(
         print_json(facts)
     else:
         print_endurance(facts, basins)
-        if output is not None:
-            report_file(output)
+        if written is not None:
+            report_file(written)
 
 
 def _basins(
