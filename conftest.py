@@ -17,6 +17,19 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 
 ROOT = Path(__file__).parent
 
+COSTLY = (
+    *("tests/problems/test_studies.py", "tests/cli/test_studies.py", "docs/howto/branches.md"),
+    *("tests/tuning/test_planar_feedback.py", "tests/parallel/test_dask_executor.py", "docs/howto/design.md"),
+    *("tests/continuation/test_planar_branches.py", "tests/cli/test_trace_command.py", "tests/study/test_sweep.py"),
+    *("tests/problems/test_telescoping_biped.py", "tests/continuation/test_trace.py", "tests/ocp/test_exact_work.py"),
+    *("tests/cli/test_planar_stability.py", "tests/plot/test_legends.py", "tests/plot/test_gait_figure.py"),
+    *("tests/cli/test_planar_pictures.py", "tests/continuation/test_optimal_branches.py", "tests/ocp/test_criteria.py"),
+    *("tests/cli/test_feedback_commands.py", "tests/ocp/test_cost_refinement.py", "tests/ocp/test_open_impact.py"),
+    *("tests/study/test_trade_offs.py", "tests/problems/test_flat_foot.py", "tests/stability/test_every_gait.py"),
+    *("tests/design/test_scenarios.py", "tests/design/test_stability_bound.py", "tests/fuzz/test_fuzz.py"),
+)
+"""Files whose tests take ten seconds or more; they come first, so that two processes end together."""
+
 
 def pytest_addoption(parser):
     """Add ``--frozen=all``; options belong into the conftest of the root, the only one read before the command line."""
@@ -34,6 +47,7 @@ def pytest_cmdline_main(config):
         option.numprocesses = 2
     if option.numprocesses:
         option.dist = "loadscope"  # a file's tests stay together and share its fixtures
+        option.loadscopereorder = False  # files with few tests may be costly
 
 
 @pytest.hookimpl(wrapper=True)
@@ -50,11 +64,21 @@ def pytest_collection():
         gc.enable()
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """Put the tests of costly files first; all others keep their order."""
+    places = {name: place for place, name in enumerate(COSTLY)}
+    items.sort(key=lambda item: places.get(item.nodeid.partition("::")[0], len(COSTLY)))
+
+
 def run_commands(example):
-    """Run the gaitopt commands of a block; each must succeed."""
+    """Run the gaitopt commands of a block; each must succeed.  Those whose results a test checks run there."""
     from gaitopt.cli.app import main
+    from tests.docs.checked_commands import is_checked
 
     for line in example.parsed.splitlines():
+        if is_checked(line):
+            continue
         program, *arguments = shlex.split(line, comments=True) or ["gaitopt", "--version"]
         assert program == "gaitopt", f"a bash block holds gaitopt commands only; {line!r} belongs into a text block"
         with pytest.raises(SystemExit) as stop:

@@ -1,5 +1,6 @@
 """``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
+import contextlib
 import os
 import signal
 import sys
@@ -10,6 +11,7 @@ from gaitopt.cli.collection import collect_rarely
 
 def main() -> None:
     """Import and run the command that the command line names."""
+    os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
         if former is signal.default_int_handler:
@@ -18,7 +20,20 @@ def main() -> None:
 
         app.import_commands(sys.argv[1:])
         signal.signal(signal.SIGINT, former)
-        app.main()
+        try:
+            app.main()
+        except SystemExit as end:
+            if end.code == app.INTERRUPTED:
+                _exit_interrupted()
+            raise
+
+
+def _exit_interrupted() -> None:
+    """End the process without the clean-up of the interpreter, which may end it with the signal, or take long."""
+    with contextlib.suppress(OSError, ValueError):  # a closed stream
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(128 + signal.SIGINT)
 
 
 def _exit_at_once(number: int, frame: FrameType | None) -> None:

@@ -1,7 +1,8 @@
 """Arguments of public functions and classes: a wrong type is reported in a sentence that names the argument.
 
 The functions check values and combinations themselves.  If one ends in another error, its arguments are compared with
-the annotations: one that does not fit them is the cause.  A call that succeeds is not delayed.
+annotations: one that does not fit them is the cause.  A call that succeeds is not delayed.  The arguments of some
+records, such as the bodies of a robot, are compared always (:func:`check_record`), since they are read later.
 """
 
 import functools
@@ -27,7 +28,7 @@ MOST_ITEMS = 1000
 """Number of items of a sequence or mapping that are compared with the annotation."""
 
 _ARRAYS = (np.ndarray, NDArray)
-"""Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and a type of its own since then."""
+"""Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and another type since then."""
 
 _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
 
@@ -69,25 +70,71 @@ def check_arguments(target: F) -> F:
     return cast("F", _wrap(target, target.__name__))
 
 
-def _wrap(function: Callable[..., Any], name: str) -> Callable[..., Any]:
+def check_record(target: F) -> F:
+    """Decorate a class of records: every argument is compared with its annotation when a record is made.
+
+    Numbers are accepted where a CasADi expression is expected.
+
+    Parameters
+    ----------
+    target : class
+
+    Returns
+    -------
+    class
+        The class itself.
+
+    Raises
+    ------
+    InputError
+        By the class, if an argument does not fit its annotation.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @check_record
+    ... @dataclass
+    ... class Length:
+    ...     value: float
+    >>> Length("6")
+    Traceback (most recent call last):
+    ...
+    gaitopt.arguments.ArgumentError: Length: value must be a number, got '6'.
+    """
+    setattr(target, "__init__", _wrap(vars(target)["__init__"], target.__name__, always=True))  # noqa: B010
+    return target
+
+
+def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> Callable[..., Any]:
     @functools.wraps(function)
     def call(*arguments: Any, **options: Any) -> Any:
         try:
-            return function(*arguments, **options)
+            result = function(*arguments, **options)
         except Exception as error:
             known = isinstance(error, GaitoptError | MemoryError) and not isinstance(error, ArgumentError)
             wrong = None if known else _find_wrong_argument(function, name, arguments, options)
             if wrong is None:
                 raise
             raise ArgumentError(wrong) from error
+        if always and (wrong := _find_wrong_argument(function, name, arguments, options, numbers=True)):
+            raise ArgumentError(wrong)
+        return result
 
     return call
 
 
 def _find_wrong_argument(
-    function: Callable[..., Any], name: str, arguments: tuple[Any, ...], options: dict[str, Any]
+    function: Callable[..., Any],
+    name: str,
+    arguments: tuple[Any, ...],
+    options: dict[str, Any],
+    *,
+    numbers: bool = False,
 ) -> str | None:
-    """Return a sentence on the first argument that does not fit its annotation; None if all do."""
+    """Return a sentence on the first argument that does not fit its annotation; None if all do.
+
+    With `numbers`, numbers fit where an expression is expected.
+    """
     signature = inspect.signature(function)
     try:
         bound = signature.bind(*arguments, **options)
@@ -98,7 +145,7 @@ def _find_wrong_argument(
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
             continue
         kind = _resolve(parameter.annotation, function)
-        if value is not parameter.default and not _fits(value, kind):
+        if value is not parameter.default and not _fits(value, kind, numbers):
             return f"{name}: {argument} must be {_describe(kind)}, got {_shorten(value)}."
     return None
 
@@ -133,13 +180,15 @@ def _known_types() -> dict[str, Any]:
     return found
 
 
-def _fits(value: Any, kind: Any) -> bool:
+def _fits(value: Any, kind: Any, numbers: bool = False) -> bool:
     """Return whether a value fits an annotation; one that is not understood fits every value."""
     origin = typing.get_origin(kind)
+    if numbers and getattr(kind, "__name__", "") == "SX" and (_is_finite(value) or type(value).__name__ == "DM"):
+        return True
     if kind is None or kind is type(None):
         return value is None
     if origin in (typing.Union, types.UnionType):
-        return any(_fits(value, part) for part in typing.get_args(kind))
+        return any(_fits(value, part, numbers) for part in typing.get_args(kind))
     if origin is typing.Literal:
         return any(value is each or (isinstance(value, str) and value == each) for each in typing.get_args(kind))
     if kind in _CHECKS:
@@ -147,17 +196,17 @@ def _fits(value: Any, kind: Any) -> bool:
     if origin in _ARRAYS or kind in _ARRAYS:
         return _is_numeric(value)
     if isinstance(origin, type):
-        return _fits_container(value, origin, typing.get_args(kind))
+        return _fits_container(value, origin, typing.get_args(kind), numbers)
     if getattr(kind, "_is_protocol", False):
         return all(hasattr(value, name) for name in vars(kind) if not name.startswith("_"))
     return isinstance(value, kind) if isinstance(kind, type) else True
 
 
-def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
+def _fits_container(value: Any, origin: type, parts: tuple[Any, ...], numbers: bool = False) -> bool:
     if issubclass(origin, Mapping):
         items = list(value.items())[:MOST_ITEMS] if isinstance(value, Mapping) else []
         return isinstance(value, Mapping) and all(
-            _fits(key, parts[0]) and _fits(item, parts[1]) for key, item in items if len(parts) == 2
+            _fits(key, parts[0], numbers) and _fits(item, parts[1], numbers) for key, item in items if len(parts) == 2
         )
     if origin in (Sequence, Iterable, list, tuple, set, frozenset):
         if isinstance(value, np.ndarray):
@@ -169,7 +218,8 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
         kinds = parts if origin is tuple and parts and parts[-1] is not ... else None
         if not isinstance(value, Sequence | set | frozenset) or (kinds is not None and len(value) != len(kinds)):
             return False
-        return all(map(_fits, value, kinds or [parts[0] if parts else Any] * len(value)))
+        expected = kinds or [parts[0] if parts else Any] * len(value)
+        return all(_fits(item, kind, numbers) for item, kind in zip(value, expected, strict=True))
     if origin is Callable or issubclass(origin, Callable):  # type: ignore[arg-type]
         return callable(value)
     return isinstance(value, origin)
@@ -179,6 +229,11 @@ def _is_number(value: Any) -> bool:
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
+
+
+def _is_finite(value: Any) -> bool:
+    """Return whether a value is a finite number, or an array of them."""
+    return (_is_number(value) and not math.isinf(value)) or _is_numeric(value)
 
 
 def _is_numeric(value: Any) -> bool:
@@ -239,6 +294,8 @@ def _describe(kind: Any) -> str:
         return "None"
     if isinstance(kind, type | None) and kind in _NAMES:
         return _NAMES[kind]
+    if getattr(kind, "__name__", "") == "SX":
+        return "a CasADi expression (SX)"
     if origin is typing.Literal:
         return " or ".join(map(repr, parts))
     if origin in _ARRAYS or kind in _ARRAYS:

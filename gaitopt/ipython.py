@@ -13,6 +13,19 @@ DISPLAYED = {
 }
 """Classes with a custom display, by name, so that nothing is imported before it is displayed."""
 
+DRAWN = (
+    ("gaitopt.study.sequence_search.ranking", "Ranking"),
+    ("gaitopt.study.robustness.robustness_record", "RobustnessRecord"),
+    ("gaitopt.continuation.branch_diagram", "BranchDiagram"),
+    ("gaitopt.continuation.optimal.optimal_branch", "OptimalDiagram"),
+    ("gaitopt.tuning.record", "Tuning"),
+    ("gaitopt.tuning.tuning_file", "TunedGains"),
+    ("gaitopt.design.family_gaits", "FamilyGaits"),
+    ("gaitopt.design.robust_plan", "RobustPlan"),
+    ("xarray.core.dataset", "Dataset"),
+)
+"""Classes that are displayed with their figure; of datasets, those of sweeps, basins and fronts."""
+
 
 def load_ipython_extension(shell: Any) -> None:
     """Register the display of results and figures; called in a notebook on import and by ``%load_ext gaitopt``."""
@@ -23,6 +36,13 @@ def load_ipython_extension(shell: Any) -> None:
 
     for module, name in DISPLAYED.items():
         shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, display)
+
+    def view(result: Any) -> str:
+        html: str = import_module("gaitopt.plot.notebook").view_result(result)
+        return html
+
+    for module, name in DRAWN:
+        shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, view)
 
     def draw(figure: Any) -> Any:
         return import_module("IPython.core.pylabtools").print_figure(figure, fmt="png")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.arguments import check_arguments, is_masked
+from gaitopt.arguments import check_record, is_masked
 from gaitopt.errors import InputError, suggest
 
 __all__ = ["Parameter"]
@@ -18,7 +18,7 @@ _NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_)
 """Types whose values Python converts to numbers although they are something else."""
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class Parameter:
     """A named real number with a unit and an interval of valid values.

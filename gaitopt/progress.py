@@ -7,11 +7,13 @@ and its verification with one :class:`VerificationStep` per walk; a study with t
 tasks.  :class:`ProgressLine` is an observer for notebooks and terminals.
 """
 
+import html
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self, TextIO
+from importlib import import_module
+from typing import Any, Self, TextIO
 
 from gaitopt.arguments import check_arguments
 
@@ -132,9 +134,34 @@ def silent(step: Iteration | HomotopyIteration | TuningStep | VerificationStep) 
     """Ignore all progress; the default observer."""
 
 
+class NotebookBar:
+    """A bar in the output of a notebook cell, which is updated in place."""
+
+    def __init__(self) -> None:
+        self._handle: Any = None
+
+    def show(self, text: str, share: float | None) -> None:
+        """Show a line of text, and a bar if the finished share is known."""
+        display: Any = import_module("IPython.display")
+        bar = "" if share is None else f'<progress value="{share:.4f}" max="1"></progress> '
+        shown = display.HTML(f"<div>{bar}{html.escape(text)}</div>")
+        if self._handle is None:
+            self._handle = display.display(shown, display_id=True)
+        else:
+            self._handle.update(shown)
+
+
+def _in_notebook() -> bool:
+    """Return whether this process is the kernel of a notebook."""
+    if "IPython" not in sys.modules:
+        return False
+    shell = sys.modules["IPython"].get_ipython()
+    return shell is not None and hasattr(shell, "kernel")
+
+
 @check_arguments
 class ProgressLine:
-    r"""An observer that updates one line of text, in a notebook or terminal.
+    r"""An observer that updates one line of text in a terminal, or a bar with this line in a notebook.
 
     Every function with an ``observer`` accepts it.  In a ``with`` statement the line shows the last state at the end;
     without one, updates may be up to 0.2 s old.
@@ -160,11 +187,14 @@ class ProgressLine:
     def __init__(self, label: str = "progress", *, stream: TextIO | None = None) -> None:
         self._label, self._stream = label, stream
         self._start, self._updated, self._length, self._text = time.monotonic(), 0.0, 0, ""
+        self._share: float | None = None
+        self._bar = NotebookBar() if stream is None and _in_notebook() else None
 
     def __call__(
         self, step: Iteration | HomotopyIteration | TuningStep | VerificationStep | int, total: int | None = None
     ) -> None:
         """Receive a step of an optimisation or a tuning, or the number of finished tasks and of all tasks."""
+        self._share = step / total if isinstance(step, int) and total else None
         self._text = f"{self._label}: {_describe_step(step, total)}, {time.monotonic() - self._start:.0f} s"
         if time.monotonic() - self._updated >= UPDATE_INTERVAL:
             self._write()
@@ -177,6 +207,10 @@ class ProgressLine:
         self._write(end="\n")
 
     def _write(self, end: str = "") -> None:
+        if self._bar is not None:
+            self._bar.show(self._text, self._share)
+            self._updated = time.monotonic()
+            return
         stream = self._stream or sys.stdout
         stream.write(f"\r{self._text.ljust(self._length)}{end}")
         stream.flush()

@@ -1,14 +1,22 @@
 """A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import (
+    ContactSequence,
+    Damper,
     InputError,
     Keyframes,
+    Parameter,
+    PointMass,
+    Spring,
     animate,
     assess_stability,
+    check_robot,
     compare,
+    compass_biped,
     joint_pd,
     plot_gait,
     replay,
@@ -60,3 +68,27 @@ def test_a_gait_is_no_motion(write, slip_gait, compass, tmp_path):
 def test_keyframes_need_angles_by_name():
     with pytest.raises(InputError, match=r"Keyframes.angles must be angles by name such as \{\"th1\": \["):
         Keyframes([0, 0.5, 1], np.zeros((3, 2)))
+
+
+RECORDS = {
+    "mass as a text": (
+        lambda: PointMass("6", ca.SX.sym("p", 2)),
+        "PointMass: mass must be a CasADi expression",
+    ),
+    "a truth value": (lambda: Damper(ca.SX.sym("q"), True), "Damper: damping must be"),
+    "default that is nan": (lambda: Parameter("a", np.nan, "m", ""), "Parameter: default must be a number, got nan"),
+    "phases as a text": (lambda: ContactSequence("6", None), "ContactSequence: phases must be a sequence of a Mode"),
+    "seed below zero": (lambda: check_robot(compass_biped(), seed=-1), "seed must be at least 0"),
+}
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_records_check_their_arguments_when_they_are_made(name):
+    make, message = RECORDS[name]
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_numbers_are_expressions():
+    assert PointMass(2, ca.DM([0, 1])).mass == 2
+    assert Spring(ca.SX.sym("q"), 5.0, np.float64(0.1)).stiffness == 5.0

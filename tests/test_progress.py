@@ -77,3 +77,23 @@ def test_a_solve_and_a_sweep_accept_it():
         states, ended = lines(stream)
         assert ended
         assert states[-1].startswith(("progress: iteration", "progress: 4/4"))
+
+
+def test_a_notebook_shows_a_bar(monkeypatch):
+    """The display of IPython is replaced by a record of what it is given."""
+    display, shown = pytest.importorskip("IPython.display"), []
+
+    class Handle:
+        def update(self, content):
+            shown.append(content.data)
+
+    def show(content, display_id):
+        shown.append(content.data)
+        return Handle()
+
+    monkeypatch.setattr(display, "display", show)
+    monkeypatch.setattr(kinds, "_in_notebook", lambda: True)
+    with ProgressLine("<sweep>") as observer:
+        observer(1, 4)
+    assert shown[0] == '<div><progress value="0.2500" max="1"></progress> &lt;sweep&gt;: 1/4, 0 s</div>'
+    assert len(shown) == 2

@@ -37,7 +37,7 @@ MODULES = {
     "tune": "feedback",
     "push": "feedback",
     "basin": "basin_command",
-    "run": "studies",
+    "run": "run_command",
     "search": "studies",
     "sweep": "studies",
     "pareto": "pareto_command",
@@ -102,11 +102,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
             status = INTERRUPTED
         except Exception as error:
             explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            status = INTERRUPTED if interrupt.received and not explained else _explain(error, words)
+            caused = interrupt.received and (not explained or _is_import_error(error))
+            status = INTERRUPTED if caused else _explain(error, words)
     if status == INTERRUPTED:
         _report(words, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
+
+
+def _is_import_error(error: BaseException | None) -> bool:
+    """Return whether an error follows from a failed import, as an import that is interrupted fails."""
+    while error is not None and not isinstance(error, ImportError):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _explain(error: Exception, words: Sequence[str]) -> int:

@@ -75,14 +75,19 @@ def animate(
 ) -> None:
     """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
 
+    A gait of several steps is shown once, whatever --steps.
+
     Example: gaitopt animate compass_slip.h5 -o slip.mp4
     """
+    from gaitopt.cli.multistep_output import is_multistep_file
     from gaitopt.motion.archive import load
+    from gaitopt.ocp.multistep.multistep_file import load_steps
     from gaitopt.plot.animation import animate as animate_gait
 
-    gait, path = load(file), output or Path(f"{file.stem}.gif")
+    several, path = is_multistep_file(file), output or Path(f"{file.stem}.gif")
+    gait = load_steps(file) if several else load(file)
     with show_progress("drawing frames", hidden=json, counted=True) as display:
-        written = animate_gait(gait, path, steps=steps, slow=slow, observer=display.count)
+        written = animate_gait(gait, path, steps=1 if several else steps, slow=slow, observer=display.count)
     report_file(written, json=json)
 
 
@@ -122,6 +127,15 @@ def report(
     with show_progress("writing the report", hidden=json):
         written = write_report(read_subjects(named, problem), path, title=title)
     report_file(written, json=json)
+
+
+FORMATS = {
+    ".csv": "trajectories",
+    ".json": "torques and gains",
+    ".c": "dynamics and controller",
+    ".py": "controller",
+}
+"""Contents of the files that `export` writes of a gait, by suffix."""
 
 
 def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
@@ -180,13 +194,7 @@ def export(
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
-    contents = {
-        ".csv": "trajectories",
-        ".json": "torques and gains",
-        ".c": "dynamics and controller",
-        ".py": "controller",
-    }
-    suffix, gait = check_suffix(output, contents), load_any_gait(file, problem)
+    suffix, gait = check_suffix(output, FORMATS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)
         return

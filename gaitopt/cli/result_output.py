@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 OUTPUTS = {
     "Gait": ("output:print_gait", "result_output:gait_facts"),
     "PlanarGait": ("output:print_gait", "result_output:gait_facts"),
+    "MultiStepGait": ("multistep_output:print_multistep", "multistep_output:multistep_facts"),
     "BranchDiagram": ("trace_output:print_diagram", "result_output:records_of"),
     "OptimalDiagram": ("trace_optimum_command:print_optima", "result_output:records_of"),
     "Ranking": ("study_output:print_ranking", "result_output:ranking_facts"),

@@ -154,7 +154,11 @@ def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProb
 
 def optimal_problem(script: Script) -> "GaitProblem | PlanarProblem":
     """Return the problem of an optimal gait a script states, of a robot with any contacts."""
-    problem = script()
+    return require_optimal_problem(script(), script)
+
+
+def require_optimal_problem(problem: object, script: Script) -> "GaitProblem | PlanarProblem":
+    """Return the problem that a script has returned, with the record of that script; see :func:`optimal_problem`."""
     if isinstance(problem, GaitProblem):
         return require_gait_problem(problem, script)
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem

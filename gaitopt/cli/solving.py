@@ -83,11 +83,15 @@ def solve(
     """
     from gaitopt.cli.failed_solve import is_gait_file
     from gaitopt.cli.guess_option import start_from_file
+    from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
     from gaitopt.ocp.solver import solve as solve_problem
 
     repeated = is_gait_file(source)
     problem, script = _read_problem(source, setting)
+    if is_multistep_problem(problem):
+        solved = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
+        raise typer.Exit(0 if solved else 1)
     problem, fit = start_from_file(problem, guess, column, angle_unit)
     path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
     check_gait_suffix(path)
@@ -109,15 +113,18 @@ def solve(
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
-def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple["GaitProblem | PlanarProblem", Any]:
+def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:
     """Return the problem of a script or of the file of a failed solve, and the record of its script."""
     from gaitopt.cli.failed_solve import is_gait_file, read_failed_problem
-    from gaitopt.cli.script import optimal_problem, read_script
+    from gaitopt.cli.multistep_output import is_multistep_problem
+    from gaitopt.cli.script import read_script, require_optimal_problem
 
     if is_gait_file(source):
         return read_failed_problem(source, settings)
     called = read_script(source, settings)
-    return optimal_problem(called), called.record().describe()
+    stated = called()
+    problem = stated if is_multistep_problem(stated) else require_optimal_problem(stated, called)
+    return problem, called.record().describe()
 
 
 def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait | PlanarGait, bool]:
@@ -250,10 +257,15 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
+    from gaitopt.cli.multistep_output import is_multistep_file, verify_multistep
     from gaitopt.cli.script import load_any_gait
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
+    if is_multistep_file(file):
+        if problem is not None:
+            raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")
+        raise typer.Exit(0 if verify_multistep(file, json=json) else 1)
     gait = verify_gait(load_any_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})

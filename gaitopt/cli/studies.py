@@ -1,6 +1,5 @@
-"""Commands on many gaits: search, sweep, compare, run."""
+"""Commands on many gaits: search, sweep, compare."""
 
-import dataclasses
 import functools
 import re
 import time
@@ -21,7 +20,6 @@ from gaitopt.cli.options import (
     ScriptFile,
     Sequences,
     Setting,
-    StudyFile,
     StudyOutput,
     SweepAxes,
     Verbose,
@@ -31,7 +29,6 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
-from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.motion.motion import Array
@@ -141,7 +138,7 @@ def sweep(
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:
     """Return the contact sequences of the options of a command; ``any`` as it is, None without an option."""
-    if len(texts) == 1 and texts[0].strip().startswith("any"):
+    if len(texts) == 1 and re.fullmatch(r"\s*any\s*(:.*)?", texts[0]):
         return texts[0]
     return [sequence for text in texts for sequence in split_sequences(text)] or None
 
@@ -212,46 +209,6 @@ def compare(
     else:
         print_comparison(comparison)
         report_file(written)
-
-
-def run(
-    script: StudyFile,
-    setting: Setting = None,
-    output: Figure = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Run a study script: save its figure and compare its numbers with published ones.
-
-    The figure is written to SCRIPT.png unless --output names another file.  Exit status 0 if every number agrees to its
-    printed digits, 1 otherwise.
-
-    Example: gaitopt run problems/studies/compass_multipliers.py
-    """
-    from gaitopt.cli.script import call_script
-    from gaitopt.cli.walk_output import print_numbers
-    from gaitopt.motion.atomic import check_writable
-    from gaitopt.plot.saving import save_figure
-    from gaitopt.study.published_values import Reproduction
-
-    path = output or Path(f"{script.stem}.png")
-    check_writable(path)
-    with show_progress(f"running {script.name}", hidden=json):
-        study = call_script(script, setting or [], "study")
-        if not isinstance(study, Reproduction):
-            raise InputError(f"study() of {script} must return a Reproduction, it returned {type(study).__name__}.")
-        written = save_figure(study.figure, path)
-    numbers = [
-        dataclasses.asdict(number) | {"difference": number.difference, "agrees": number.agrees}
-        for number in study.numbers
-    ]
-    if json:
-        print_json({"figure": str(written), "numbers": numbers, "remarks": list(study.remarks)})
-    else:
-        print_numbers(numbers, study.remarks)
-        report_file(written)
-    raise typer.Exit(0 if all(n.agrees for n in study.numbers) else 1)
 
 
 def _exit(complete: bool, any_gait: bool) -> None:

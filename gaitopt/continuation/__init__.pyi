@@ -5,10 +5,10 @@ from gaitopt.continuation.diagram_file import diagram_dataset as diagram_dataset
 from gaitopt.continuation.diagram_file import load_diagram as load_diagram
 from gaitopt.continuation.diagram_file import save_diagram as save_diagram
 from gaitopt.continuation.gait_lookup import gaits_at as gaits_at
-from gaitopt.continuation.optimal.optimal_branch import CostBorder as CostBorder
+from gaitopt.continuation.optimal.optimal_branch import LowestCostChange as LowestCostChange
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch as OptimalBranch
 from gaitopt.continuation.optimal.optimal_branch import OptimalDiagram as OptimalDiagram
-from gaitopt.continuation.optimal.optimal_branch import OptimalSpecial as OptimalSpecial
+from gaitopt.continuation.optimal.optimal_branch import OptimalSpecialPoint as OptimalSpecialPoint
 from gaitopt.continuation.optimal.optimal_file import load_optima as load_optima
 from gaitopt.continuation.optimal.optimal_file import optimal_dataset as optimal_dataset
 from gaitopt.continuation.optimal.optimal_file import save_optima as save_optima

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
+from gaitopt.reductions import worst
 
 WIDTH = 1e-10
 """Width of the interval to which changes of structure are located, in the unit of the parameter."""
@@ -23,6 +24,11 @@ LARGEST_WIDTH = 1e-6
 """Width, relative to the range of the parameter, above which the zero of a test function is no bifurcation."""
 STEEPEST = 0.05
 """Smallest cosine between a chord and a tangent along which a point between is predicted."""
+SAME_SLOPE = (1e-8, 1e-3)
+"""Scaled distances of two points between which the derivative of the map by the parameter is taken from one of them:
+points closer to each other are located with exact derivatives."""
+MODEST = 3.0
+"""Largest modulus of a multiplier for which this is done: errors of the derivative grow with the multipliers."""
 Describe = Callable[[object], str]
 """Names the structure of a sample."""
 Test = Callable[[CurvePoint], float]
@@ -46,11 +52,14 @@ def point_between(stepper: Stepper, one: CurvePoint, other: CurvePoint, share: f
     plane = start + share * chord
     # At a kink, Newton's method converges from the prediction on the side on which the point lies.
     sides = [(start, one.tangent), (end, other.tangent)]
+    multipliers = np.concatenate([one.multipliers, other.multipliers])
+    close = SAME_SLOPE[0] < float(np.linalg.norm(chord)) < SAME_SLOPE[1] and worst(np.abs(multipliers), 0.0) < MODEST
+    near = (one, other) if close else ()
     for origin, tangent in [(plane, normal), *(sides if share < 0.5 else sides[::-1])]:
         slope = float(normal @ tangent)
         if abs(slope) < STEEPEST:
             continue
-        point = stepper.correct(origin + float(normal @ (plane - origin)) / slope * tangent, normal)
+        point = stepper.correct(origin + float(normal @ (plane - origin)) / slope * tangent, normal, near=near)
         if point is not None:
             return point
     raise LocationError

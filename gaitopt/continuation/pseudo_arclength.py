@@ -5,6 +5,7 @@ its tangent t by a step; the corrector solves F = 0 and t . (x - x_predicted) = 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,7 +151,9 @@ class Stepper:
         """Return the scaled coordinates of a point, shape (n + 1,)."""
         return np.append(point.z, point.value) / self.scales
 
-    def correct(self, guess: Array, normal: Array, by_value: Array | None = None) -> CurvePoint | None:
+    def correct(
+        self, guess: Array, normal: Array, by_value: Array | None = None, near: Sequence[CurvePoint] = ()
+    ) -> CurvePoint | None:
         """Return the branch point in the plane through a guess with the given normal, or None without convergence.
 
         The tangent of the result makes an acute angle with the normal.
@@ -161,15 +164,17 @@ class Stepper:
             In scaled coordinates.
         by_value : (n,) array, optional
             Derivative of the residual by the parameter at a point nearby, for the first iterations.
+        near : sequence of CurvePoint
+            Points so close that this derivative is the same at all points of their structure.
         """
         if self.checkpoint is None:
-            return self._iterate(guess, normal, by_value)
+            return self._iterate(guess, normal, by_value, near)
         stored, correction = self.checkpoint.recall(guess, normal)
         if stored and correction is None:
             return None
         if correction is not None:
             return self._restore_point(correction)
-        point = self._iterate(guess, normal, by_value)
+        point = self._iterate(guess, normal, by_value, near)
         self.checkpoint.record(guess, normal, None if point is None else _correction_of(point))
         return point
 
@@ -179,7 +184,9 @@ class Stepper:
         orbit = self.family.orbit(correction.z, correction.value, sample)
         return CurvePoint(sample=sample, orbit=orbit, **correction._asdict())
 
-    def _iterate(self, guess: Array, normal: Array, by_value: Array | None) -> CurvePoint | None:
+    def _iterate(
+        self, guess: Array, normal: Array, by_value: Array | None, near: Sequence[CurvePoint]
+    ) -> CurvePoint | None:
         """Return the point to which Newton's method converges, or None."""
         x, size = np.array(guess), self.family.size
         best, nearby, reached = math.inf, by_value is not None, None
@@ -199,16 +206,23 @@ class Stepper:
             if min(error, length) <= self.options.tolerance:
                 reached = iteration if reached is None else reached
                 if error >= best / 4 or error <= FLOOR:
-                    return self._make_point(z, value, sample, normal, reached)
+                    same = (point.derivative[:, -1] for point in near if point.sample.structure == sample.structure)
+                    return self._make_point(z, value, sample, normal, reached, next(same, None))
             slow = math.isfinite(best) and error > SLOW_CONVERGENCE * best
             best, by_value, x = min(best, error), None if slow else derivative[:, -1], x + step
         return None
 
     def _make_point(
-        self, z: Array, value: float, sample: MapSample, normal: Array, iterations: int
+        self,
+        z: Array,
+        value: float,
+        sample: MapSample,
+        normal: Array,
+        iterations: int,
+        by_value: Array | None,
     ) -> CurvePoint | None:
-        """Return a solution as a point of the branch, with the exact derivative; None if there is no tangent."""
-        derivative = self.family.derivative(z, value, sample)
+        """Return a solution as a point of the branch, with its exact derivative; None if there is no tangent."""
+        derivative = self.family.derivative(z, value, sample, by_value)
         tangent = _solve(self._border(derivative, normal), np.eye(self.family.size + 1)[-1])
         if tangent is None:
             return None

@@ -8,6 +8,7 @@ equations beyond those of one parameter are needed, so every kind of special poi
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+import attrs
 import numpy as np
 
 from gaitopt.arguments import check_arguments
@@ -25,9 +26,13 @@ from gaitopt.motion.motion import Array
 
 REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)
 """Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
+BEND, LEAST_REACH = 4.0, 1e-3
+"""The first search begins at `BEND` times the distance of the last point from its prediction, relative to the step."""
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 """Step lengths in the plane of the parameters, relative to their ranges."""
 MOST_POINTS = 400
+ON_BORDER = 1e-9
+"""Scaled distance from the border of the range within which a curve ends at its start."""
 NOT_FOUND = "no such point found beyond"
 
 CurveObserver = Callable[[SpecialCurve], None]
@@ -97,11 +102,21 @@ def trace_curve(
 
 @dataclass(frozen=True, eq=False)
 class _Located:
-    """A special point in the plane, and a gait beside it from which the search for the next one starts."""
+    """A special point in the plane, and a gait beside it from which the search for the next one starts.
+
+    Attributes
+    ----------
+    place : (2,) array
+    special : SpecialPoint
+    near : (n,) array
+    offset : float
+        Distance from the prediction, relative to the step.
+    """
 
     place: Array
     special: SpecialPoint
     near: Array
+    offset: float = REACHES[0] / BEND
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +158,8 @@ class _Plane:
         """Return the points of the curve on one side of its start, and the reason for which it ends there."""
         tangent, step = np.array([0.0, sign]), FIRST_STEP
         points, last = list[_Located](), start
+        if not self._contains(start.place + ON_BORDER * tangent):
+            return points, "range_end"
         while len(points) < MOST_POINTS:
             following = self._locate(family, last, last.place + step * tangent, tangent, step)
             if isinstance(following, str):
@@ -176,11 +193,12 @@ class _Plane:
         }
         across = replace(family, line=line, parameter="", value_scale=step)
         reasons = list[str]()
-        for reach in REACHES:
+        first = max(BEND * last.offset, LEAST_REACH)
+        for reach in (*([first] if first < REACHES[0] else []), *REACHES):
             found = self._search(across, last, reach * step, 2.5 * max(reach, 0.4) * step)
             if not isinstance(found, str):
                 share, special, near = found
-                return _Located(place + share * normal, special, near)
+                return _Located(place + share * normal, special, near, abs(share) / step)
             reasons.append(found)
         return next((reason for reason in reasons if reason != NOT_FOUND), NOT_FOUND)
 
@@ -196,7 +214,9 @@ class _Plane:
         self, family: AnyFamily, last: _Located, reach: float, length: float
     ) -> tuple[float, SpecialPoint, Array] | str:
         """Return the place of the special point on a line, the point, and a gait before it; or why there is none."""
-        stepper = Stepper(family, self.options.arclength, self.options.checkpoint)
+        arclength = self.options.arclength
+        arclength = attrs.evolve(arclength, first_step=min(arclength.first_step, 2 * reach / family.value_scale))
+        stepper = Stepper(family, arclength, self.options.checkpoint)
         start = stepper.initialise(last.near, -reach, 1.0)
         if start is None:
             return NOT_FOUND

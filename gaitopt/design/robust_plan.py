@@ -64,6 +64,10 @@ class RobustPlan:
     chosen: tuple[Scenario, ...]
     violated: Walk | None
 
+    def __repr__(self) -> str:
+        robust = "robust" if self.robust else f"not robust: {self.violated!r}"
+        return f"RobustPlan({self.gait!r}, {len(self.chosen)} scenarios added, {robust}, premium {self.premium:.3g})"
+
     @property
     def robust(self) -> bool:
         """Whether all candidate scenarios are survived."""

@@ -9,13 +9,13 @@ from typing import Any
 import attrs
 import numpy as np
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parameters import number_within, positive, whole_number
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class Scenario:
     """One difference from a plan.

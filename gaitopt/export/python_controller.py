@@ -3,13 +3,12 @@
 import re
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.export.c_controller import MOST_EVENTS
+from gaitopt.export.c_controller import MOST_EVENTS, law_functions
 from gaitopt.export.python_code import write_function
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
@@ -64,14 +63,8 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
         raise InputError(f"Cannot write {path}: a Python module needs a file such as controller.py.")
     if law.torque.size1_out(0) != robot.n_u or law.torque.size1_in(1) != robot.n_q:
         raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
-    inputs = law.torque.sx_in()
-    torque, _, guards = law.torque.call(inputs)
-    names = law.torque.name_in()
-    functions = {
-        "_torque": ca.Function("torque", inputs, [torque, guards], names, ["torque", "guards"]),
-        "_latch": law.memory.latch,
-        "_reset": law.memory.reset,
-    }
+    values, events = len(law.memory.values), len(law.memory.events)
+    functions = [write_function(function, f"_{function.name()}") for function in law_functions(law)]
     parts = [
         _MODULE.format(
             robot=write_literal(robot.name),
@@ -84,12 +77,12 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
         ),
         f"BREAKPOINTS = {_array(law.breakpoints)}",
         f"TABLE = {_array(law.table.T)}.reshape({law.table.shape[1]}, {law.table.shape[0]})",
-        *("\n\n" + write_function(function, name) for name, function in functions.items()),
+        *(f"\n\n{text}" for text in functions),
         _CONTROLLER.format(
             measure="clock" if law.index is None else f"float(np.concatenate([q, v])[{law.index}])",
-            values=len(law.memory.values),
-            events=len(law.memory.events),
-            most=MOST_EVENTS,
+            values=values,
+            latch="self.latched = _latch(q, v, TABLE[0].tolist())[0]" if values else "del q, v  # nothing is latched",
+            events=_EVENTS.format(values=values, most=MOST_EVENTS) if events else "",
         ),
     ]
     with write_atomically(path, heading=HEADING) as file:
@@ -120,6 +113,16 @@ import math
 import numpy as np
 '''
 
+_EVENTS = """\
+        for _ in range({most}):
+            guards = _torque([clock], q, v, self.latched, [slide], data)[1]
+            fallen = [number for number, guard in enumerate(guards) if guard < 0]
+            if not fallen:
+                break
+            after = _reset([clock], q, v, self.latched, data)[0]
+            self.latched = after[{values} * fallen[0] : {values} * (fallen[0] + 1)]
+"""
+
 _CONTROLLER = '''
 
 class Controller:
@@ -130,7 +133,7 @@ class Controller:
 
     def begin(self, q, v):
         """Latch new values from the state (n_q arrays) after a touchdown and leg exchange."""
-        self.latched = _latch(q, v, TABLE[0].tolist())[0]
+        {latch}
 
     def step(self, clock, q, v, slide=0.0):
         """Return the torques, shape (n_u,), at the time since touchdown [s]; events change the latched values first.
@@ -140,14 +143,7 @@ class Controller:
         clock, slide = float(clock), float(slide)
         q, v = [float(value) for value in q], [float(value) for value in v]
         data = self._data(clock, q, v)
-        for _ in range({most}):
-            torque, guards = _torque([clock], q, v, self.latched, [slide], data)
-            fallen = [number for number, guard in enumerate(guards) if guard < 0]
-            if not fallen:
-                break
-            after = _reset([clock], q, v, self.latched, data)[0]
-            self.latched = after[{values} * fallen[0] : {values} * (fallen[0] + 1)]
-        torque, _ = _torque([clock], q, v, self.latched, [slide], data)
+{events}        torque = _torque([clock], q, v, self.latched, [slide], data)[0]
         return np.array(torque)
 
     def _data(self, clock, q, v):

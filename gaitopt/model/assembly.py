@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts import accelerations
@@ -18,7 +18,7 @@ from gaitopt.model.mechanics import Body, Mechanics, derive
 from gaitopt.model.robot import Coordinates, Robot
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepEnd:
     """End of a step: the contact that lands, its guard, and the exchange of the legs.
@@ -58,7 +58,7 @@ class StepEnd:
         return [*coordinates.q.elements()[2:]] if self.exchange is None else list(self.exchange)
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class Drawing:
     """Points and lines of a robot in figures.

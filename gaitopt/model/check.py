@@ -115,6 +115,7 @@ def check_robot(
     True
     """
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
+    Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
     values = robot.resolve({"friction": 0.3, "slope": 0.1, **(parameters or {})})
     if np.isinf(values["friction"]):

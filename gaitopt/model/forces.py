@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class Spring:
     """A linear spring along a coordinate, with the energy k (s - s0)^2 / 2.
@@ -37,7 +37,7 @@ class Spring:
         return self.stiffness * (self.coordinate - self.rest) ** 2 / 2
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class Damper:
     """A linear damper along a coordinate, with the force -d s'.
@@ -59,7 +59,7 @@ class Damper:
     damping: ca.SX
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class Potential:
     """A general potential, whose energy is stored and returned.
@@ -79,7 +79,7 @@ class Potential:
     energy: ca.SX
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class RotorInertia:
     """Inertia of a rotor reflected through a gear: it adds (ratio^2 I) s'^2 / 2 to the kinetic energy.

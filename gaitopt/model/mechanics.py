@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class PointMass:
     """A mass at a point.
@@ -38,7 +38,7 @@ class PointMass:
     position: ca.SX
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class RigidLink:
     """A rigid body with rotary inertia.

@@ -8,7 +8,7 @@ for ``"slip+ stick | any"`` :func:`gaitopt.solve` determines the impact, for ``"
 import re
 from dataclasses import dataclass
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.mode import Mode
 
@@ -16,7 +16,7 @@ _PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLI
 _EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class ContactSequence:
     """The phases of one step and its impact.

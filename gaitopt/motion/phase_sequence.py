@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -60,7 +60,7 @@ class PhaseEvent:
         return ("|" if self.impact else ">") + (f" [{_text_of(self.outcome)}]" if self.outcome is not None else "")
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class PhaseSequence:
     """The phases of one period of a robot with any contacts, and the events between them.

@@ -41,7 +41,11 @@ class PlanarSegment(LazyRecord):
         The potential energy includes the elastic energy.
     points : (2, n_points, K) array [m]
     kinematics : ContactTrajectories
-        Gap, slide coordinate, slip speed and rim of each contact, evaluated when they are first read.
+        Gap, slide coordinate, slip speed and rim of each contact.
+
+    Notes
+    -----
+    Torque, force, energies, points and kinematics may be evaluated when they are first read.
 
     Examples
     --------
@@ -57,15 +61,15 @@ class PlanarSegment(LazyRecord):
     time: Array
     q: Array
     v: Array
-    torque: Array
-    force: Array
     work: Array
     friction_work: Array
     damping_work: Array
-    kinetic: Array
-    potential: Array
-    elastic: Array
-    points: Array
+    torque: LazyField[Array] = LazyField()
+    force: LazyField[Array] = LazyField()
+    kinetic: LazyField[Array] = LazyField()
+    potential: LazyField[Array] = LazyField()
+    elastic: LazyField[Array] = LazyField()
+    points: LazyField[Array] = LazyField()
     kinematics: LazyField[ContactTrajectories] = LazyField()
 
     def __repr__(self) -> str:

@@ -22,7 +22,7 @@ LARGEST_ANGLE = 2 * math.pi
 """Angle [rad] beyond which the unit of a column is doubted."""
 
 
-class Quantity(NamedTuple):
+class RecordedQuantity(NamedTuple):
     """A quantity of a robot: its name, and ``"m"`` or ``"rad"``."""
 
     name: str
@@ -53,7 +53,7 @@ class RecordedColumns:
 def assign_columns(
     table: ColumnTable,
     path: Path,
-    quantities: Iterable[Quantity],
+    quantities: Iterable[RecordedQuantity],
     actuators: Iterable[str],
     renamed: Mapping[str, str],
     angle_unit: str | None,
@@ -65,7 +65,7 @@ def assign_columns(
     table : ColumnTable
     path : Path
         For messages.
-    quantities : iterable of Quantity
+    quantities : iterable of RecordedQuantity
         Coordinates of the robot.
     actuators : iterable of str
     renamed : mapping of str to str
@@ -131,7 +131,7 @@ def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[st
             )
 
 
-def _doubtful_units(quantities: Iterable[Quantity], values: Mapping[str, Array]) -> tuple[str, ...]:
+def _doubtful_units(quantities: Iterable[RecordedQuantity], values: Mapping[str, Array]) -> tuple[str, ...]:
     angles = [quantity.name for quantity in quantities if quantity.unit == "rad" and quantity.name in values]
     return tuple(
         f"{name} reaches {np.max(np.abs(values[name])):.3g} rad; if these are degrees, the column must state it"

@@ -17,7 +17,13 @@ from gaitopt.motion.column_table import ColumnTable, read_columns
 from gaitopt.motion.kinematic_motion import PhaseKinematics, make_kinematic_motion
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.motion_fit import CoordinateFit, MotionFit, fit_curve
-from gaitopt.motion.recorded_columns import ANGLE_UNITS, Quantity, RecordedColumns, assign_columns, require_coordinates
+from gaitopt.motion.recorded_columns import (
+    ANGLE_UNITS,
+    RecordedColumns,
+    RecordedQuantity,
+    assign_columns,
+    require_coordinates,
+)
 from gaitopt.parameters import Parameter
 
 SAMPLES = 65
@@ -153,8 +159,8 @@ def read_motion(
         Parameter("pieces", 1, "1", "", lower=1, upper=MOST_PIECES, whole=True).check(pieces)
     table = _select_step(read_columns(path), span is None)
     names, units = _coordinates(robot)
-    extra = [Quantity("x", "m")] if isinstance(robot, Robot) else []
-    quantities = [*map(Quantity, names, units), *extra]
+    extra = [RecordedQuantity("x", "m")] if isinstance(robot, Robot) else []
+    quantities = [*map(RecordedQuantity, names, units), *extra]
     recorded = assign_columns(table, path, quantities, robot.actuators, columns or {}, angle_unit)
     require_coordinates(recorded, path, names)
     return _fit(robot, robot.resolve(parameters or {}), _cut(recorded, path, span), pieces)

@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.plot.axis_labels import label_quantity
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
@@ -59,13 +60,8 @@ def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             axes.plot(values[order], cost[order], "o" if bounded > 1 else "o-", color=color, markersize=3.5)
             axes.plot(values[~member], cost[~member], "o", color=color, markerfacecolor="white", markersize=3)
             axes.plot(values[knee], cost[knee], "o", color="0.15", markerfacecolor="none", markersize=9, label="knee")
-            axes.set_xlabel(_label(name, front[name].attrs.get("units", "1")))
-        panels[0].set_ylabel(_label(front.attrs["objective"], front.cost.attrs.get("units", "1")))
+            axes.set_xlabel(label_quantity(name, front[name].attrs.get("units", "1")))
+        panels[0].set_ylabel(label_quantity(front.attrs["objective"], front.cost.attrs.get("units", "1")))
         if knee.any():
             panels[0].legend(loc="best")
     return figure
-
-
-def _label(name: str, unit: str) -> str:
-    text = name.replace("_", " ")
-    return text if unit in ("", "1") else f"{text} [{unit}]"

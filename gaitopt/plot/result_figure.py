@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 FIGURES = {
     "Gait": "gait_figure:plot_gait",
     "PlanarGait": "gait_figure:plot_gait",
+    "MultiStepGait": "gait_figure:plot_motion",
     "Rollout": "gait_figure:plot_motion",
     "Cycle": "gait_figure:plot_motion",
     "PlanarCycle": "gait_figure:plot_motion",
@@ -61,8 +62,8 @@ def plot_result(result: Any, *, quantity: str | None = None, style: FigureStyle 
 
     Parameters
     ----------
-    result : Gait, PlanarGait, Rollout, Cycle, Comparison, BranchDiagram, OptimalDiagram, Ranking, Tuning, TunedGains, \
-RobustnessRecord or xarray.Dataset
+    result : Gait, PlanarGait, MultiStepGait, Rollout, Cycle, Comparison, BranchDiagram, OptimalDiagram, Ranking, \
+Tuning, TunedGains, RobustnessRecord or xarray.Dataset
         Such as from :func:`gaitopt.study.load_result`; a dataset is that of a sweep, a basin or a front.
     quantity : str, optional
         Variable of a sweep, or coordinate of a diagram of periodic gaits.

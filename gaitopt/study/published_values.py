@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class PublishedValue:
     """A computed value and the published one.

@@ -8,6 +8,7 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import ArchiveError
 from gaitopt.motion.hdf5 import identify_file
+from gaitopt.study.storage.gait_store import RANKING
 
 LOADERS = {
     "gait": "gaitopt.motion.archive:load",
@@ -16,6 +17,7 @@ LOADERS = {
     "branch diagram": "gaitopt.continuation.diagram_file:load_diagram",
     "diagram of optimal gaits": "gaitopt.continuation.optimal.optimal_file:load_optima",
     "front": "gaitopt.study.trade_offs.front_table:load_front",
+    "gait of several steps": "gaitopt.ocp.multistep.multistep_file:load_steps",
 }
 """Readers of the kinds of HDF5 files, by name, so that only the one that is used is imported."""
 
@@ -24,9 +26,6 @@ JSON_LOADERS = {
     "gaitopt push test": "gaitopt.study.robustness.robustness_record:load_robustness",
 }
 """Readers of the formats of JSON files."""
-
-RANKING = "ranking.json"
-"""File of the ranking in the folder of a search."""
 
 
 @check_arguments
@@ -41,7 +40,8 @@ def load_result(path: str | Path) -> Any:
 
     Returns
     -------
-    Gait, PlanarGait, xarray.Dataset, BranchDiagram, OptimalDiagram, Ranking, TunedGains or RobustnessRecord
+    Gait, PlanarGait, MultiStepGait, xarray.Dataset, BranchDiagram, OptimalDiagram, Ranking, TunedGains or \
+RobustnessRecord
         The attribute ``format`` of a dataset is ``"gaitopt sweep"``, ``"gaitopt basin"`` or ``"gaitopt front"``.
 
     Raises

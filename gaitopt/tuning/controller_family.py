@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law, feedforward
@@ -42,7 +42,7 @@ class FamilySettings:
     fixed: Mapping[str, float] = field(default_factory=dict)
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class ControllerFamily:
     """A parametrised family of feedback laws.

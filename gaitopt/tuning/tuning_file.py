@@ -61,6 +61,10 @@ class TunedGains:
     multipliers: tuple[complex, ...] = ()
     trials: tuple[Trial, ...] = field(default=(), repr=False)
 
+    def __repr__(self) -> str:
+        gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
+        return f"TunedGains({self.family!r}, spectral radius {self.radius:.4g}, {gains})"
+
     def law(self, robot: Robot, motion: Motion, family: ControllerFamily | None = None) -> Law:
         """Return the tuned law for a gait.
 

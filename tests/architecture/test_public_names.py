@@ -22,8 +22,6 @@ PLACES = {(name, module) for wing in WINGS for name, module in exported_names(wi
 }
 THINGS = {name: getattr(import_module(module), name) for name, module in sorted(PLACES)}
 
-every_name = pytest.mark.parametrize(("name", "thing"), THINGS.items(), ids=THINGS)
-
 
 def test_few_names_stand_at_the_top_and_each_stands_in_its_wing():
     assert 50 < len(gaitopt.__all__) <= MOST_NAMES
@@ -120,12 +118,12 @@ def test_editors_complete_the_public_names(text, completed):
     assert completed in [completion.name for completion in jedi.Script(text, project=project).complete()]
 
 
-@every_name
-def test_every_public_name_is_documented(name, thing):
-    assert inspect.getdoc(thing), f"{name} has no docstring"
-    docstring = thing.__doc__ or ""
-    assert docstring.strip(), f"{name} only inherits a docstring"
-    assert (name, thing.__module__) in PLACES, f"{name} is not defined where its stub imports it from"
+def test_every_public_name_is_documented():
+    for name, thing in THINGS.items():
+        assert inspect.getdoc(thing), f"{name} has no docstring"
+        docstring = thing.__doc__ or ""
+        assert docstring.strip(), f"{name} only inherits a docstring"
+        assert (name, thing.__module__) in PLACES, f"{name} is not defined where its stub imports it from"
 
 
 def without_example(thing):
@@ -133,20 +131,19 @@ def without_example(thing):
     return inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing))
 
 
-@every_name
-def test_every_public_function_and_class_has_an_example(name, thing):
-    if not isinstance(thing, type | types.FunctionType) or without_example(thing):
-        return
-    documentation = inspect.getdoc(thing)
-    assert "Examples\n--------" in documentation, f"{name} has no example"
-    assert ">>>" in documentation.split("Examples\n--------")[1], f"the example of {name} is not tested"
+def test_every_public_function_and_class_has_an_example():
+    for name, thing in THINGS.items():
+        if not isinstance(thing, type | types.FunctionType) or without_example(thing):
+            continue
+        documentation = inspect.getdoc(thing)
+        assert "Examples\n--------" in documentation, f"{name} has no example"
+        assert ">>>" in documentation.split("Examples\n--------")[1], f"the example of {name} is not tested"
 
 
-@every_name
-def test_every_public_method_is_documented(name, thing):
-    if not inspect.isclass(thing):
-        return
-    for member, value in vars(thing).items():
+def test_every_public_method_is_documented():
+    classes = [(name, thing) for name, thing in THINGS.items() if inspect.isclass(thing)]
+    members = [(name, thing, *pair) for name, thing in classes for pair in vars(thing).items()]
+    for name, owner, member, value in members:
         if member.startswith("_") or not (inspect.isfunction(value) or isinstance(value, property | classmethod)):
             continue
-        assert inspect.getdoc(getattr(thing, member)), f"{name}.{member} has no docstring"
+        assert inspect.getdoc(getattr(owner, member)), f"{name}.{member} has no docstring"

@@ -23,6 +23,7 @@ SYMBOLIC = {
     "tuning/lqr.py",  # the linearised dynamics of a step
     "export/c_code.py",  # C code of the Functions
     "export/c_controller.py",  # C code of a law
+    "export/python_code.py",  # Python code of the Functions
     "simulation/event_location.py",  # derivatives of the guards
     "cli/setup.py",  # the check of an installation solves min x^2
 }

@@ -11,7 +11,7 @@ import pytest
 
 from gaitopt import ArchiveError, load, save
 from gaitopt.cli.app import main
-from gaitopt.errors import ScriptError
+from gaitopt.errors import InputError, ScriptError
 from gaitopt.motion import archive
 
 SLOW_TO_BUILD = "import pathlib, time\n\n\ndef problem():\n    pathlib.Path('ready').touch()\n    time.sleep(60)\n"
@@ -141,3 +141,20 @@ def test_an_interrupt_while_a_gait_is_written_takes_effect_afterwards(slip_file,
     finally:
         signal.signal(signal.SIGINT, former)
     assert load("gait.h5").cost_of_transport == gait.cost_of_transport
+
+
+def test_an_interrupted_import_is_no_missing_package(capsys, monkeypatch):
+    """The interrupt is lost in the import, whose error is then reported as that of a missing package."""
+
+    def lose(*_):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        try:
+            raise ImportError
+        except ImportError:
+            raise InputError("heyoka is missing") from None
+
+    monkeypatch.setattr("gaitopt.cli.listing._entry", lose)
+    with pytest.raises(SystemExit) as stop:
+        main(["problems"])
+    assert (stop.value.code, "Interrupted" in capsys.readouterr().err) == (130, True)

@@ -25,6 +25,7 @@ from gaitopt.cli import (
     pareto_command,
     planar_walk_output,
     planar_walks,
+    result_output,
     setup,
     study_output,
     trace_optimum_command,
@@ -33,7 +34,7 @@ from gaitopt.cli import (
 )
 from gaitopt.cli.app import app
 from gaitopt.cli.script import call_script
-from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecial, SpecialCurve, SpecialKind
+from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecialPoint, SpecialCurve, SpecialKind
 from gaitopt.control.law import passive
 from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
@@ -46,7 +47,9 @@ from gaitopt.stability.section import Section
 from gaitopt.status import Status
 from gaitopt.study.comparison import compare
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait
+from gaitopt.tuning.controller_family import FamilySettings
 from gaitopt.tuning.record import Tuning
+from gaitopt.tuning.tuning_file import TunedGains
 
 SOURCES = sorted((Path(gaitopt.__file__).parent / "cli").glob("*.py"))
 GROUP = typer.main.get_command(app)
@@ -106,6 +109,21 @@ def sweep():
     )
     table["reason"] = (shape, np.array([[[""]], [["speed [m/s] is violated"]]]))
     study_output.print_sweep(table)
+
+
+def lowest():
+    axes = {"sequence": ["stick | stick"], "speed": ("speed", [0.1, 0.2], {"units": "m/s"})}
+    table = xr.Dataset({"cost_of_transport": (("sequence", "speed"), [[0.02, math.nan]], {"units": "1"})}, axes)
+    table["recovered_push"] = table.cost_of_transport.assign_attrs(units="rad/s")
+    table["lowest_sequence"] = ("speed", ["stick | stick", ""])
+    study_output._print_lowest(table, ["speed"])
+
+
+def gains():
+    tuned = TunedGains(
+        family="lqr", gains={"torque [N m]": 5.0}, settings=FamilySettings(), objective="norm [s]", radius=0.5
+    )
+    result_output.print_gains(tuned)
 
 
 def ranking():
@@ -175,7 +193,7 @@ def diagram():
 
 
 def optima():
-    point = OptimalSpecial(
+    point = OptimalSpecialPoint(
         kind="activation",
         value=0.2,
         width=1e-16,
@@ -246,6 +264,8 @@ TABLES = {
     "print_numbers": numbers,
     "print_front": front,
     "print_sweep": sweep,
+    "_print_lowest": lowest,
+    "print_gains": gains,
     "print_ranking": ranking,
     "print_comparison": lambda: study_output.print_comparison(compare({"[s]": gait()})),
     "print_tuning": tuning,

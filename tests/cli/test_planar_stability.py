@@ -118,7 +118,8 @@ def test_no_gait_is_exit_status_1():
 
 
 def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
-    monopod = ("problems/monopod.py", "--set", "clearance=0.01")
+    settings = ("clearance=0.02", "stance_intervals=6", "flight_intervals=16")  # as for `hop_gait`
+    monopod = ("problems/monopod.py", *(word for setting in settings for word in ("--set", setting)))
     (open_loop,), (controlled,) = gaits_of(*monopod), gaits_of(*monopod, "--law", "step-lqr")
     (along,) = gaits_of(*monopod, "--law", "lqr", "--torque-limit", 1000)
     assert open_loop["radius"] > 3

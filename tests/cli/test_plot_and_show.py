@@ -40,6 +40,32 @@ def test_stored_results_are_the_same(folder, record):
     assert table.identical(load_basin(folder / "basin.nc"))
 
 
+STUDY = """
+from gaitopt import load
+from gaitopt.stability import assess_stability
+
+def study(share: float = 0.5):
+    gait = load({gait!r})
+    return {{"slipping gait": gait, "cycle": assess_stability(gait), "share": share}}
+"""
+
+
+def test_a_study_script_returns_any_results(command, folder, slip_file):
+    (folder / "study.py").write_text(STUDY.format(gait=str(slip_file)))
+    done = command("run", "study.py", "--set", "share=0.25")
+    assert done.status == 0
+    assert {path.name for path in folder.glob("*.png")} == {"study_slipping_gait.png", "study_cycle.png"}
+    assert "cost of transport" in done.out
+    assert "share: 0.25" in done.out
+    results = command("run", "study.py", "--json").json["results"]
+    assert results["slipping gait"]["result"]["status"] == "solved"
+    assert results["share"] == {"value": 0.5}
+    (folder / "study.py").write_text("def study():\n    return 'walks'\n")
+    done = command("run", "study.py")
+    assert done.status == 2
+    assert "must return a Reproduction, a figure, a result of gaitopt" in done.err
+
+
 def test_files_that_are_no_results_are_named(command, folder):
     (folder / "other.json").write_text(json.dumps({"format": "poem"}))
     (folder / "empty").mkdir()

@@ -161,6 +161,8 @@ def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_
     slope = math.radians(1)
     curve = trace_curve(two_feet, two_feet_diagram, {"slope": (slope, slope + 1e-4)}, options=ONE_START)
     assert curve.kind.key == "slip_onset"
+    assert curve.begin == "range_end"
+    assert min(curve.values[:, 1]) == pytest.approx(slope, abs=1e-12)  # the start is on the border of the range
     place = int(np.argmin(np.abs(curve.values[:, 1] - slope)))
     assert curve.values[place] == pytest.approx([0.174918491, slope], abs=1e-8)
     moved, known = curve.values[-1], curve.values[place]

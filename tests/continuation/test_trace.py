@@ -11,6 +11,7 @@ from gaitopt import InputError, WalkProblem, compass_biped, find_cycles, load_di
 from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram
 from gaitopt.continuation.gait_family import make_gait_family
 from gaitopt.errors import ArchiveError
+from tests.docs.checked_commands import run_trace
 from tests.references.storage import reference
 
 SLOPE = math.radians(13)
@@ -33,8 +34,8 @@ def compass():
 
 
 @pytest.fixture(scope="module")
-def compass_diagram(compass):
-    return trace(compass, {"friction": (0.33, 0.06)})
+def compass_diagram(tmp_path_factory):
+    return run_trace("gaitopt trace problems/compass_passive.py --over friction", tmp_path_factory.mktemp("trace"))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, load_diagram, rimless_wheel, trace
-from gaitopt.continuation import save_diagram, trace_curve
+from gaitopt.continuation import save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
 
 SLOPE = math.radians(13)
@@ -20,6 +20,13 @@ def wheel():
 @pytest.fixture(scope="module")
 def diagram(wheel):
     return trace(wheel, {"friction": (0.4, 0.2)})
+
+
+@pytest.fixture(autouse=True)
+def long_steps(monkeypatch):
+    """Follow the curves in few steps: the properties of their points do not depend on their number."""
+    monkeypatch.setattr(two_parameters, "FIRST_STEP", 0.1)
+    monkeypatch.setattr(two_parameters, "LONGEST_STEP", 0.2)
 
 
 def special_number(diagram, kind):

@@ -1,10 +1,13 @@
 """Families: the NLP of all gaits and its derivatives, the common parameters, and invalid statements."""
 
+from unittest import mock
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, Family, GaitProblem, InputError, Limits, compass_biped, rimless_wheel, solve, verify
+from gaitopt.design import family_solve
 from gaitopt.design.family_solve import _Member, _solve_first
 from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
 from gaitopt.progress import silent
@@ -31,8 +34,22 @@ def differ(one, other):
 
 
 @pytest.fixture(scope="module")
-def result():
-    return Family(PROBLEMS, weights=[1, 3]).solve()
+def solved():
+    """Return a solved family, and how often its gaits were solved one by one with the optimal parameters."""
+    with mock.patch.object(family_solve, "_solve_each", wraps=family_solve._solve_each) as each:
+        return Family(PROBLEMS, weights=[1, 3]).solve(), each.call_count
+
+
+@pytest.fixture(scope="module")
+def result(solved):
+    return solved[0]
+
+
+def test_gaits_of_the_joint_nlp_are_kept_if_the_parameters_hardly_change(solved):
+    result, count = solved
+    assert count == 1
+    assert all(FREE[name][0] <= value <= FREE[name][1] for name, value in result.design.items())
+    assert all(gait.solver.constraint_violation < 1e-7 for gait in result.gaits)
 
 
 @pytest.mark.parametrize("worst_case", [False, True])

@@ -1,5 +1,6 @@
 """The figure of a gait: what is drawn, and that everything is legible."""
 
+import functools
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,6 +19,10 @@ from gaitopt.plot.stick_figures import choose_instants
 PANELS = ("angles", "torques", "force ratio", "foot speed")
 
 
+draw = functools.cache(plot_gait)
+"""Figures at their defaults, each drawn once for all tests, which do not change them."""
+
+
 def axes_of(figure):
     return {axes.get_label(): axes for axes in figure.axes}
 
@@ -33,7 +38,7 @@ def every_text(figure):
 
 
 def test_panels_share_a_time_axis_and_name_their_units(slipping):
-    axes = axes_of(plot_gait(slipping))
+    axes = axes_of(draw(slipping))
     labels = [axes[name].get_ylabel() for name in PANELS]
     assert labels == ["angle [deg]", "torque [N m]", "force ratio $f_t/f_n$", "foot speed [m/s]"]
     assert axes["foot speed"].get_xlabel() == "time [s]"
@@ -48,24 +53,24 @@ def test_title_sums_up_the_gait(slipping):
 
 
 def test_title_says_whether_the_gait_was_replayed(slipping):
-    assert "verified by replay" in plot_gait(slipping).get_suptitle()
+    assert "verified by replay" in draw(slipping).get_suptitle()
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
 
 
 def test_only_slip_phases_are_shaded(slipping, sticking, slipping_both_ways):
     for gait, expected in ((slipping, ["slip+"]), (sticking, []), (slipping_both_ways, ["slip+", "slip-"])):
-        axes = axes_of(plot_gait(gait))
+        axes = axes_of(draw(gait))
         assert all(shades(axes[name]) == expected for name in PANELS)
 
 
 def test_phases_are_named_above_the_panels(slipping_both_ways):
-    texts = [text.get_text() for text in axes_of(plot_gait(slipping_both_ways))["angles"].texts]
+    texts = [text.get_text() for text in axes_of(draw(slipping_both_ways))["angles"].texts]
     assert texts == ["slip+", "stick", "slip\N{MINUS SIGN}"]
 
 
 def test_short_slip_phases_are_enlarged(slipping, sticking, slipping_both_ways):
     for gait, count in ((slipping, 1), (sticking, 0), (slipping_both_ways, 2)):
-        figure = plot_gait(gait)
+        figure = draw(gait)
         enlarged = [axes for axes in figure.axes if axes.get_label() == "foot speed enlarged"]
         assert len(enlarged) == len(short_slips(gait.motion)) == count
         for axes, phase in zip(enlarged, short_slips(gait.motion), strict=True):
@@ -74,7 +79,7 @@ def test_short_slip_phases_are_enlarged(slipping, sticking, slipping_both_ways):
 
 
 def test_torque_limits_and_cone_are_drawn_where_they_are_finite(slipping):
-    axes = axes_of(plot_gait(slipping))
+    axes = axes_of(draw(slipping))
 
     def levels(name):
         return {round(line.get_ydata()[0], 9) for line in axes[name].lines if len(line.get_ydata()) == 2}
@@ -94,7 +99,7 @@ def test_force_ratio_of_a_slip_lies_on_the_cone_and_lost_contact_is_left_out(sli
 
 
 def test_jumps_between_phases_are_left_open(slipping):
-    line = axes_of(plot_gait(slipping))["torques"].lines[0]
+    line = axes_of(draw(slipping))["torques"].lines[0]
     assert np.isnan(line.get_ydata()).sum() == len(slipping.motion.segments)
 
 
@@ -108,7 +113,7 @@ def test_every_slip_phase_has_a_stick_figure(slipping_both_ways):
 def test_a_failed_gait_says_so(infeasible, slipping):
     texts = [text.get_text() for text in axes_of(plot_gait(infeasible))["warning"].texts]
     assert any(text.startswith("NOT A SOLUTION (infeasible)") for text in texts)
-    assert "warning" not in axes_of(plot_gait(slipping))
+    assert "warning" not in axes_of(draw(slipping))
 
 
 def test_a_gait_of_nan_is_drawn_as_a_message(not_a_number):
@@ -118,12 +123,12 @@ def test_a_gait_of_nan_is_drawn_as_a_message(not_a_number):
 
 def test_ground_is_inclined_on_a_slope(sloping, slipping):
     def slope(gait):
-        ground = max(axes_of(plot_gait(gait))["stick figures"].lines, key=lambda line: np.ptp(line.get_xdata()))
+        ground = max(axes_of(draw(gait))["stick figures"].lines, key=lambda line: np.ptp(line.get_xdata()))
         return float(np.ptp(ground.get_ydata()) / np.ptp(ground.get_xdata()))
 
     assert slope(slipping) == 0
     assert slope(sloping) == pytest.approx(np.tan(np.deg2rad(3)))
-    assert "slope of 3\N{DEGREE SIGN} downhill" in plot_gait(sloping).get_suptitle()
+    assert "slope of 3\N{DEGREE SIGN} downhill" in draw(sloping).get_suptitle()
 
 
 def check_texts(figure):
@@ -148,7 +153,7 @@ def check_texts(figure):
 
 @pytest.mark.parametrize("name", ["slipping", "sticking", "slipping_both_ways", "sloping", "infeasible"])
 def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
-    check_texts(plot_gait(request.getfixturevalue(name)))
+    check_texts(draw(request.getfixturevalue(name)))
 
 
 def test_settings_of_matplotlib_are_left_alone(slipping):

@@ -1,5 +1,6 @@
 """Legends stay inside the page, and a joint has one colour in all panels of figures and reports."""
 
+import functools
 from dataclasses import replace
 
 import pytest
@@ -44,6 +45,12 @@ def gait(request, slipping, five_link):
     return {"compass": slipping, "five links": five_link}[request.param]
 
 
+@functools.cache
+def draw(gait, width):
+    """Return the figure of a gait, drawn once for all tests, which do not change it."""
+    return plot_gait(gait, style=FigureStyle(width=width, font_size=8, titled=False))
+
+
 def outside(figure, kind):
     """Return the artists of a kind that are not inside the page."""
     FigureCanvasAgg(figure).draw()
@@ -60,7 +67,7 @@ def overlapping(texts):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_of_a_gait_are_inside_the_page(gait, width):
-    figure = plot_gait(gait, style=FigureStyle(width=width, font_size=8, titled=False))
+    figure = draw(gait, width)
     assert outside(figure, Legend) == []
     labels = [text.get_text() for legend in figure.findobj(Legend) for text in legend.get_texts()]
     assert {*gait.motion.actuators, "limit"} <= set(labels)
@@ -90,7 +97,7 @@ def test_a_label_longer_than_the_page_is_wrapped(slipping):
 
 def test_a_joint_has_one_colour_in_all_panels(gait):
     for width in WIDTHS:
-        axes = {axes.get_label(): axes for axes in plot_gait(gait, style=FigureStyle(width=width)).axes}
+        axes = {axes.get_label(): axes for axes in draw(gait, width).axes}
         styles = {}
         for panel in ("angles", "torques"):
             for line in axes[panel].lines:

@@ -14,6 +14,7 @@ from gaitopt.plot import (
     plot_robustness,
     plot_sweep,
     plot_tuning,
+    view_result,
 )
 from gaitopt.plot.style import area_color, line_style
 from gaitopt.stability.recovery import Recovery
@@ -195,3 +196,26 @@ def test_colours_of_lines_and_areas_differ_without_green_cones():
         seen = [simulate_deuteranopia(color) for color in colors]
         gaps = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
         assert min(gaps) > 0.1, gaps
+
+
+def test_a_notebook_shows_results_with_their_figures(results):
+    for name in ("ranking", "push test", "tuned gains", "branches"):
+        page = view_result(results[name])
+        assert page.count("<svg") == 1, name
+        assert "<code>" in page
+        assert len(repr(results[name])) < 300, name
+    assert "<td>30</td>" in view_result(results["tuned gains"])
+    front = view_result(results["front"])
+    assert "<svg" in front
+    assert "xarray" in front
+    foreign = xr.Dataset({"a": 1.0})
+    assert view_result(foreign).count("<svg") == foreign._repr_html_().count("<svg")
+
+
+def test_every_displayed_class_exists():
+    from importlib import import_module
+
+    from gaitopt.ipython import DISPLAYED, DRAWN
+
+    for module, name in [*DISPLAYED.items(), *DRAWN]:
+        assert getattr(import_module(module), name).__module__ == module

@@ -18,6 +18,8 @@ SEQUENCES = ("stick | stick", "slip+ stick | slip+")
 SMALL = {
     "benchmarks": {"starts": 30},
     "compass_actuated": {},
+    "compass_branches": {"most": 0.19, "least": 0.165, "deflate": False},
+    "compass_cascade": {"least": 4.3, "most": 4.5, "doublings": 0},
     "compass_force_ratio": {},
     "compass_multipliers": {"least": 0.1, "most": 0.2},
     "compass_portraits": {},
@@ -37,6 +39,7 @@ SMALL = {
     "rimless_lift_off": {"samples": 3},
     "rimless_portraits": {"steps": 2},
     "rimless_regions": {"spokes": (5, 10), "points": 11, "checked": (0.5,)},
+    "rimless_types": {"slopes": ((13.0, ("C and D",)),), "least": 12.4, "most": 13.005, "frictions": (0.24, 0.22)},
     "multi_step_gaits": {},
     "robust_gait": {"count": 2, "evaluations": 2},
     "trade_off_torque": {"points": 2},

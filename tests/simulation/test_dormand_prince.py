@@ -54,6 +54,14 @@ def test_the_steps_are_those_of_scipy(name, first_step):
     np.testing.assert_allclose(steps, reference, rtol=1e-14, atol=1e-15)
 
 
+def test_states_at_several_times_are_those_of_single_calls():
+    integrator = DormandPrince(pendulum, 0.0, np.array([1.2, 0.3]), 2.0, **TOLERANCES)
+    integrator.step()
+    dense = integrator.dense_output()
+    times = np.linspace(dense.t_old, dense.t, 7)
+    np.testing.assert_array_equal(dense.at_times(times), [dense(t) for t in times])
+
+
 def test_the_coefficients_are_those_of_scipy():
     for name, attribute in (("A_DENSE", "A_EXTRA"), ("C_DENSE", "C_EXTRA"), ("E3", "E3"), ("E5", "E5"), ("D", "D")):
         np.testing.assert_array_equal(getattr(dormand_prince, name), getattr(DOP853, attribute))

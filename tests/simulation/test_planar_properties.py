@@ -42,7 +42,7 @@ def random_motion(robot, seed):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_energy_never_grows_in_an_impact_and_every_end_has_a_name(name):
     robot, contacts = ROBOTS[name], 0
-    for seed in range(STATES.get(name, 12)):
+    for seed in range(STATES.get(name, 8)):
         rollout = random_motion(robot, seed)
         assert rollout.stop.key in ENDS, (seed, rollout.stop)
         if rollout.stop is Stop.MUST_SLIP:

@@ -6,6 +6,7 @@ import pytest
 
 from gaitopt import Mode, Stop, compass_biped, rimless_wheel, simulate
 from gaitopt.errors import InputError
+from gaitopt.lazy import Deferred
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
@@ -105,6 +106,14 @@ def test_the_monopod_flies_on_a_parabola_and_lands():
         impulse = np.array([-np.sign(-impulse[0]) * 0.6, 1]) * normal
     assert landing.impulse[0] == pytest.approx(impulse, rel=1e-9)
     assert abs(landing.impulse[0, 0]) <= 0.6 * landing.impulse[0, 1] * (1 + 1e-12)
+
+
+def test_samples_that_the_integration_does_not_need_are_evaluated_when_read():
+    (segment,) = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], np.zeros(5), {}, duration=0.1).motion.segments
+    lazy = ("torque", "force", "kinetic", "potential", "elastic", "points")
+    assert all(isinstance(vars(segment)[name], Deferred) for name in lazy)
+    assert segment.kinetic + segment.potential == pytest.approx(np.full(segment.time.size, segment.potential[0]))
+    assert not isinstance(vars(segment)["kinetic"], Deferred)
 
 
 def test_the_spoked_wheel_rolls_like_the_rimless_wheel():

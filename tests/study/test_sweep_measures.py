@@ -103,6 +103,7 @@ def test_any_stands_for_all_sequences():
     for options, message in [
         ({"sequences": "any:x"}, "'any' or 'any:N'"),
         ({"measures": ["stabilty"]}, "Did you mean 'stability'"),
+        ({"measures": [GaitMetric("period", "s", "period", lambda gait: 1.0)]}, "has a variable 'period' already"),
     ]:
         with pytest.raises(InputError, match=message):
             sweep(problem, axes, **options)

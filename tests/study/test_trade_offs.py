@@ -1,12 +1,16 @@
 """Trade-offs: fronts that no point dominates, the same from both ends, with the knee, stored and resumed."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, Execution, InputError, solve
 from gaitopt.plot import plot_front
+from gaitopt.status import Status
 from gaitopt.study import Pareto, load_front, load_front_gait
 from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid
 from gaitopt.study.trade_offs.front_table import find_front, find_knee
 from gaitopt.study.trade_offs.quantity import quantity_named, restrict_torque
 from tests.study.conftest import quick_problem
@@ -29,6 +33,29 @@ def test_every_point_is_solved_replayed_and_not_dominated(front):
 
 def test_the_front_is_the_same_from_both_ends(front):
     assert np.abs(front.forward_cost.values / front.backward_cost.values - 1).max() < 1e-5
+
+
+def test_the_better_gait_of_both_ends_is_continued_where_their_costs_differ(monkeypatch):
+    grid = FrontGrid(FrontEnds(quick_problem(), (quantity_named("peak_torque"),), 1), (np.array([2.0, 1.0]),))
+    last = {task.key: task for task in grid.tasks()}["forward-last-001"]
+    own = ("forward-return-001", "backward-return-001")
+    assert last.needs == (*own, "forward-return-000", "backward-return-000", "forward-last-000")
+    continued = []
+
+    def gait(cost):
+        return SimpleNamespace(status=Status.SOLVED, solver=SimpleNamespace(objective=cost, constraint_violation=0.0))
+
+    def resume(grid, problem, gaits):
+        continued.extend(gait.solver.objective for gait in gaits)
+        return [gait(0.5)]
+
+    monkeypatch.setattr(FrontGrid, "_continue", resume)
+    same, differ = [gait(1.0), gait(1.0)], [gait(1.0), gait(1.1)]
+    assert grid.solve(last.argument, *same, gait(3.0), gait(3.0), gait(3.0)).solver.objective == 1.0
+    assert not continued
+    assert grid.solve(last.argument, *differ, gait(3.0), gait(3.0), gait(3.0)).solver.objective == 0.5
+    assert grid.solve(last.argument, *same, gait(3.0), gait(3.1), gait(2.9)).solver.objective == 0.5
+    assert continued == [3.0, 2.9]
 
 
 def test_the_front_begins_at_the_lowest_cost_and_points_agree_with_single_solves(front):

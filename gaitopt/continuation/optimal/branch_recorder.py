@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.continuation.optimal.cost_extremum import has_flat_cost, locate_cost_extremum
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
-from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecial
+from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecialPoint
 from gaitopt.continuation.optimal.optimum_replay import (
     OptimumReplay,
     Replayer,
@@ -39,13 +39,13 @@ class BranchRecorder:
     Attributes
     ----------
     points : list of KktLinearisation
-    special : list of OptimalSpecial
+    special : list of OptimalSpecialPoint
     """
 
     def __init__(self, nlp: ParametricNlp, every: int, engine: Engine | None, cost_factor: float) -> None:
         self.nlp, self.every, self.cost_factor = nlp, every, cost_factor
         self._replayer = Replayer(nlp, engine)
-        self.points, self.special = list[KktLinearisation](), list[OptimalSpecial]()
+        self.points, self.special = list[KktLinearisation](), list[OptimalSpecialPoint]()
         self._rows, self._replays = list[dict[str, float]](), list[OptimumReplay | None]()
         self._states = list[np.ndarray]()
         self._last: KktLinearisation | None = None
@@ -101,7 +101,7 @@ class BranchRecorder:
         self, kind: str, here: KktLinearisation, width: float, sides: tuple[str, str], name: str, *, turns: bool = False
     ) -> None:
         self.special.append(
-            OptimalSpecial(
+            OptimalSpecialPoint(
                 kind=kind,
                 value=here.point.value,
                 width=width,

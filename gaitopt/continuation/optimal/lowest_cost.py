@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from gaitopt.continuation.optimal.cost_extremum import find_zero
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
-from gaitopt.continuation.optimal.optimal_branch import CostBorder
+from gaitopt.continuation.optimal.optimal_branch import LowestCostChange
 from gaitopt.continuation.optimal.path_following import PathFollower
 from gaitopt.continuation.optimal.path_items import PathOptions, PathPoint
 
@@ -17,7 +17,7 @@ Trail = Sequence[KktLinearisation]
 """Points of a branch in order."""
 
 
-def locate_borders(trails: Sequence[Trail], samples: Sequence[float]) -> tuple[CostBorder, ...]:
+def locate_borders(trails: Sequence[Trail], samples: Sequence[float]) -> tuple[LowestCostChange, ...]:
     """Return the borders between the ranges in which a branch has the lowest cost, in increasing order.
 
     Parameters
@@ -28,7 +28,7 @@ def locate_borders(trails: Sequence[Trail], samples: Sequence[float]) -> tuple[C
         Values at which they have points, in increasing order.
     """
     columns = [[_find_minimum(trail, value) for trail in trails] for value in samples]
-    borders = list[CostBorder]()
+    borders = list[LowestCostChange]()
     for (one, left), (other, right) in itertools.pairwise(zip(samples, columns, strict=True)):
         first, last = _find_lowest(left), _find_lowest(right)
         if first != last:
@@ -54,7 +54,7 @@ def _locate_border(
     columns: tuple[Sequence[KktLinearisation | None], Sequence[KktLinearisation | None]],
     lowest: tuple[int | None, int | None],
     trails: Sequence[Trail],
-) -> CostBorder:
+) -> LowestCostChange:
     """Return the border between two samples: equal costs of two branches, or the end of one."""
     first, last = lowest
     names = ["" if number is None else str(trails[number][0].nlp.problem.sequence) for number in lowest]
@@ -68,13 +68,15 @@ def _locate_border(
         value = None if one is None or other is None else locate_equal_costs(one, other, (limits[0], limits[1]))
         here = None if one is None or value is None else move_exactly(one, value)
         if value is not None and here is not None:
-            return CostBorder(value=value, width=4 * math.ulp(value), cost=here.cost, before=names[0], after=names[1])
+            return LowestCostChange(
+                value=value, width=4 * math.ulp(value), cost=here.cost, before=names[0], after=names[1]
+            )
     value = next((limit for limit, end in zip(limits, ends, strict=True) if limit != end), math.nan)
     known = [here for here in (*columns[0], *columns[1]) if here is not None]
     width = known[0].nlp.width * PathOptions().shortest_step
     after = None if last is None else columns[1][last]
     cost = math.nan if after is None else after.cost
-    return CostBorder(value=value, width=width, cost=cost, before=names[0], after=names[1], crossing=False)
+    return LowestCostChange(value=value, width=width, cost=cost, before=names[0], after=names[1], crossing=False)
 
 
 def _find_end(trail: Trail, ends: tuple[float, float]) -> float | None:

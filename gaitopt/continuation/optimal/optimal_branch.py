@@ -13,7 +13,7 @@ from gaitopt.motion.summary import plain
 
 @check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
-class OptimalSpecial:
+class OptimalSpecialPoint:
     """A special point of a branch of optimal gaits: strict complementarity or the second-order conditions fail there.
 
     Attributes
@@ -39,8 +39,8 @@ class OptimalSpecial:
     Examples
     --------
     >>> import numpy as np
-    >>> print(OptimalSpecial(kind="activation", value=0.2, width=1e-16, cost=1.0, constraint="impact friction cone",
-    ...                      before="inactive", after="active", state=np.zeros(4)))
+    >>> print(OptimalSpecialPoint(kind="activation", value=0.2, width=1e-16, cost=1.0, before="inactive",
+    ...                           after="active", constraint="impact friction cone", state=np.zeros(4)))
     activation at 0.2: impact friction cone
     """
 
@@ -98,7 +98,7 @@ class OptimalBranch:
         holds.
     active : (K,) int array
         Number of active inequalities.
-    special : tuple of OptimalSpecial
+    special : tuple of OptimalSpecialPoint
         In order along the branch.
     begin, end : str
         Reasons for which the branch ends on either side.
@@ -133,7 +133,7 @@ class OptimalBranch:
     dependent: NDArray[np.int_]
     strictness: Array
     active: NDArray[np.int_]
-    special: tuple[OptimalSpecial, ...]
+    special: tuple[OptimalSpecialPoint, ...]
     begin: str = "start"
     end: str
     parent: int | None = None
@@ -155,7 +155,7 @@ class OptimalBranch:
         radii = np.max(np.where(np.isfinite(self.multipliers), np.abs(self.multipliers), 0.0), axis=1, initial=0.0)
         return np.asarray(known & (radii < 1))
 
-    def special_of(self, kind: str) -> tuple[OptimalSpecial, ...]:
+    def special_of(self, kind: str) -> tuple[OptimalSpecialPoint, ...]:
         """Return the special points of a kind."""
         return tuple(point for point in self.special if point.kind == kind)
 
@@ -190,7 +190,7 @@ class OptimalBranch:
 
 @check_arguments
 @dataclass(frozen=True, kw_only=True)
-class CostBorder:
+class LowestCostChange:
     """A value of the parameter at which another contact sequence has the lowest cost.
 
     Attributes
@@ -206,8 +206,9 @@ class CostBorder:
 
     Examples
     --------
-    >>> border = CostBorder(value=0.15, width=1e-12, cost=2.5, before="slip+ stick | slip+", after="stick | stick")
-    >>> border.crossing
+    >>> change = LowestCostChange(value=0.15, width=1e-12, cost=2.5, before="slip+ stick | slip+",
+    ...                           after="stick | stick")
+    >>> change.crossing
     True
     """
 
@@ -235,7 +236,7 @@ class OptimalDiagram:
     ends : (float, float)
         Range of the parameter.
     branches : tuple of OptimalBranch
-    borders : tuple of CostBorder
+    borders : tuple of LowestCostChange
         Borders between the ranges in which a contact sequence has the lowest cost, in increasing order.
     complete : bool
         Whether all requested branches were followed.
@@ -254,7 +255,7 @@ class OptimalDiagram:
     parameters: dict[str, float]
     ends: tuple[float, float]
     branches: tuple[OptimalBranch, ...]
-    borders: tuple[CostBorder, ...] = ()
+    borders: tuple[LowestCostChange, ...] = ()
     complete: bool = True
 
     def __repr__(self) -> str:

@@ -9,7 +9,12 @@ import h5py
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.optimal.optimal_branch import CostBorder, OptimalBranch, OptimalDiagram, OptimalSpecial
+from gaitopt.continuation.optimal.optimal_branch import (
+    LowestCostChange,
+    OptimalBranch,
+    OptimalDiagram,
+    OptimalSpecialPoint,
+)
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
@@ -155,7 +160,7 @@ def load_optima(path: str | Path) -> OptimalDiagram:
         table = xr.load_dataset(path, engine="h5netcdf")
         facts = json.loads(table.attrs["diagram"])
         branches = tuple(_read_branch(table, number, record) for number, record in enumerate(facts.pop("branches")))
-        borders = tuple(CostBorder(**border) for border in facts.pop("borders"))
+        borders = tuple(LowestCostChange(**border) for border in facts.pop("borders"))
     return OptimalDiagram(**facts | {"ends": tuple(facts["ends"])}, branches=branches, borders=borders)
 
 
@@ -184,7 +189,7 @@ def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> Op
         columns[name] = columns[name].astype(bool)
     multipliers = (table.multiplier_real.values + 1j * table.multiplier_imag.values)[rows, : len(names)]
     special = [
-        OptimalSpecial(
+        OptimalSpecialPoint(
             **{name: _plain(table[f"special_{name}"].values[place], name) for name in SPECIAL},
             state=table.special_state.values[place, : len(names)],
         )

@@ -13,7 +13,7 @@ from gaitopt.continuation.optimal.branch_recorder import BranchRecorder
 from gaitopt.continuation.optimal.branch_start import list_samples, start_branch
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.lowest_cost import locate_borders
-from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram, OptimalSpecial
+from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram, OptimalSpecialPoint
 from gaitopt.continuation.optimal.optimum_replay import solve_result
 from gaitopt.continuation.optimal.parametric_nlp import find_number
 from gaitopt.continuation.optimal.path_following import PathFollower
@@ -272,7 +272,7 @@ def _join_sides(backward: OptimalBranch, forward: OptimalBranch) -> OptimalBranc
     return replace(forward, **arrays, special=(*before, *after), begin=backward.end)
 
 
-def _reverse(point: OptimalSpecial) -> OptimalSpecial:
+def _reverse(point: OptimalSpecialPoint) -> OptimalSpecialPoint:
     """Return a special point as it is passed in the opposite direction."""
     kinds = {"activation": "deactivation", "deactivation": "activation"}
     return replace(point, kind=kinds.get(point.kind, point.kind), before=point.after, after=point.before)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 
 REST_SPEED = 1e-12
@@ -20,7 +20,7 @@ Friction = tuple[float, float] | Mapping[str, tuple[float, float]]
 """Coefficients (static, kinetic), of all contacts or by the name of the contact."""
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class ClosedContact:
     """A contact on the ground, or a joint stop at its limit, in one state of a robot.

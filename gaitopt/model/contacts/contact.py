@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 
 
 class Contact(ABC):
@@ -58,7 +58,7 @@ class Contact(ABC):
         return ca.vertcat(self.slide, self.gap)
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class PointContact(Contact):
     """A point of the robot.
@@ -103,7 +103,7 @@ class PointContact(Contact):
         return ca.vertcat(self.position, 0, 0)
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class ArcContact(Contact):
     """A circular arc that rolls on the ground.

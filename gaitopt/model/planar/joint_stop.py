@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class JointStop:
     """A stop that keeps an expression of the coordinates at least zero, without rebound.
@@ -34,7 +34,7 @@ class JointStop:
     released_by: str = ""
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class SwitchedSpring:
     """A linear spring whose rest value is increased from its greatest compression on, for a push-off.

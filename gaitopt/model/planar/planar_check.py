@@ -96,6 +96,7 @@ def check_planar(
     True
     """
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
+    Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
     p = robot.vector(robot.resolve({"slope": 0.1, "friction": 0.5, **(parameters or {})}))
     rows = []

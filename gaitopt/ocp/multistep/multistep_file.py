@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import h5py
+
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.interrupts import hold_interrupt
@@ -116,7 +118,7 @@ def load_steps(path: str | Path) -> MultiStepGait:
     gaitopt.errors.ArchiveError: There is no file nowhere.h5.
     """
     with read_hdf5(path, KIND, VERSION) as file:
-        gaits = [read_gait(file[STEPS][name]) for name in sorted(file[STEPS])]
+        gaits = [_read_step(file[STEPS][name]) for name in sorted(file[STEPS])]
         stated = json.loads(str(file.attrs["problem"]))
         robot = gaits[0].robot
         problem = MultiStepProblem(
@@ -136,6 +138,13 @@ def load_steps(path: str | Path) -> MultiStepGait:
             error_between_nodes=float(file.attrs["error_between_nodes"]),
             message=str(file.attrs["message"]),
         )
+
+
+def _read_step(group: h5py.Group) -> Gait:
+    gait = read_gait(group)
+    if not isinstance(gait, Gait):
+        raise ValueError("a step must be a gait with one foot on the ground")
+    return gait
 
 
 def gait_of_step(gait: MultiStepGait, number: int) -> Gait:

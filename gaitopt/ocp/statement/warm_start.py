@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence
@@ -15,7 +15,7 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class FromMotion(Guess):
     """The first step of an earlier motion, scaled in time and divided into the phases of the contact sequence.
@@ -81,7 +81,7 @@ class FromMotion(Guess):
         return [segment for segment in self.motion.segments if segment.step == first]
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class WarmStart(Guess):
     """A solved gait, whose unknowns and multipliers warm-start the solver.

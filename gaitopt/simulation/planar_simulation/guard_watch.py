@@ -69,10 +69,17 @@ class GuardWatch:
         self._passed = np.array([kind.name == "closes" for kind in kinds], dtype=bool)
         self._passed &= self._previous < -self._zero
 
-    def first(self, dense: DenseOutput, span: tuple[float, float]) -> LocatedGuard | None:
-        """Return the first event in a time span that follows the previous one, or None."""
-        middle_time = (span[0] + span[1]) / 2
-        middle, end = (self._phase.guards(t, dense(t)) for t in (middle_time, span[1]))
+    def first(self, dense: DenseOutput, span: tuple[float, float], states: tuple[Array, Array]) -> LocatedGuard | None:
+        """Return the first event in a time span that follows the previous one, or None.
+
+        Parameters
+        ----------
+        dense : DenseOutput
+        span : (float, float)
+        states : two (n_y,) arrays
+            States in the middle and at the end of the span.
+        """
+        middle, end = (self._phase.guards(t, y) for t, y in zip((sum(span) / 2, span[1]), states, strict=True))
         previous, self._previous = self._previous, end
         located: list[LocatedGuard] = []
         for i, kind in enumerate(self._phase.equations.guards):

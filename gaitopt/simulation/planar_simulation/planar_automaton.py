@@ -167,12 +167,14 @@ def _follow(
         if integrator.status == "failed":
             return
         dense, event = integrator.dense_output(), None
-        for span in spans_of(dense, SPANS):
-            event = watch.first(dense, span)
+        spans = spans_of(dense, SPANS)
+        sampled = dense.at_times(np.array([(sum(span) / 2, span[1]) for span in spans]).ravel())
+        for span, middle, last in zip(spans, sampled[::2], sampled[1::2], strict=True):
+            event = watch.first(dense, span, (middle, last))
             at = span[1] if event is None else event.time
             if at > times[-1]:
                 times.append(at)
-                states.append(dense(at))
+                states.append(last if event is None else dense(at))
             if event is not None:
                 if at > dense.t_old:
                     refined, y = watch.refine(dense.t_old, integrator.y_old, event)

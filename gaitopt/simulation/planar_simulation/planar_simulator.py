@@ -1,5 +1,6 @@
 """simulate_planar: event-driven simulation of a planar robot with any contacts."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -181,26 +182,33 @@ def make_planar_motion(
 
 
 def make_planar_segment(automaton: PlanarAutomaton, arc: PlanarArc) -> PlanarSegment:
-    """Return the samples of an arc."""
+    """Return the samples of an arc; those that the integration does not need are evaluated when they are read."""
     phase, n, n_u = automaton.phase(arc.start), automaton.robot.n_q, automaton.robot.n_u
     q, v, works = arc.states[:n], arc.states[n : 2 * n], arc.states[2 * n :]
     samples = list(zip(arc.time, arc.states.T, strict=True))
-    energies, points = zip(*(phase.sample(y) for _, y in samples), strict=True)
-    kinetic, potential, elastic = np.array(energies).T
+
+    @functools.cache
+    def energies_and_points() -> tuple[Array, Array]:
+        energies, points = zip(*(phase.sample(y) for _, y in samples), strict=True)
+        return np.array(energies).T, np.stack(points, axis=-1)
+
+    def torque() -> Array:
+        return np.array([phase.torque(t, y).copy() for t, y in samples]).reshape(arc.time.size, n_u).T
+
     return PlanarSegment(
         state=arc.start.contacts,
         time=arc.time,
         q=q,
         v=v,
-        torque=np.array([phase.torque(t, y).copy() for t, y in samples]).reshape(arc.time.size, n_u).T,
-        force=np.stack([phase.forces(t, y) for t, y in samples], axis=-1),
+        torque=Deferred(torque),
+        force=Deferred(lambda: np.stack([phase.forces(t, y) for t, y in samples], axis=-1)),
         work=works[:n_u],
         friction_work=works[n_u:-1],
         damping_work=works[-1],
-        kinetic=kinetic,
-        potential=potential,
-        elastic=elastic,
-        points=np.stack(points, axis=-1),
+        kinetic=Deferred(lambda: energies_and_points()[0][0]),
+        potential=Deferred(lambda: energies_and_points()[0][1]),
+        elastic=Deferred(lambda: energies_and_points()[0][2]),
+        points=Deferred(lambda: energies_and_points()[1]),
         kinematics=Deferred(lambda: sample_contacts(automaton.robot, automaton.values, q, v)),
     )
 

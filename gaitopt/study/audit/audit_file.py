@@ -81,7 +81,7 @@ def _read(path: Path, settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         same = data["kind"] == KIND and {name: data[name] for name in settings} == settings
-        problems = {str(int(key)): {"result": str(value["result"]), **value} for key, value in data["problems"].items()}
+        problems = {str(int(key)): {**value, "result": str(value["result"])} for key, value in data["problems"].items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise ArchiveError(f"{path} is not a file of an audit, or is damaged; choose another file.") from None
     if not same:

@@ -194,7 +194,7 @@ def _require_single_support(gait: AnyGait, path: str | Path) -> Gait:
     return gait
 
 
-def sample_phase(segment: Segment) -> Array:
+def resample_phase(segment: Segment) -> Array:
     """Return coordinates, rates and torques at equally spaced instants of a phase, shape (2 n_q + n_u, K).
 
     Coordinates are cubic between the samples, with the sampled rates; rates follow a spline, torques are linear.
@@ -221,7 +221,7 @@ def _tabulate(
         values[index] = [gait.motion.parameters[name] for name in parameters]
         for phase, segment in enumerate(gait.motion.segments):
             durations[(*index, phase)] = segment.duration
-            samples[(*index, phase)] = sample_phase(segment)
+            samples[(*index, phase)] = resample_phase(segment)
     return GaitLibrary(
         robot=robot,
         sequence=sequence,

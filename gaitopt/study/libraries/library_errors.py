@@ -17,7 +17,7 @@ from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.simulation.simulator import simulate
 from gaitopt.simulation.step_limits import StepLimits
-from gaitopt.study.libraries.gait_library import GaitLibrary, sample_phase
+from gaitopt.study.libraries.gait_library import GaitLibrary, resample_phase
 
 LawMaker = Callable[[Robot, Motion], Law]
 
@@ -170,7 +170,7 @@ def _compare(motion: Motion, gait: Gait) -> dict[str, float]:
     if not gait.status.ok:
         return {}
     pairs = zip(motion.segments, gait.motion.segments, strict=True)
-    difference = np.hstack([np.abs(sample_phase(one) - sample_phase(other)) for one, other in pairs])
+    difference = np.hstack([np.abs(resample_phase(one) - resample_phase(other)) for one, other in pairs])
     n_q = gait.robot.n_q
     return {
         "angle": float(np.max(difference[:n_q][ANGLES])),

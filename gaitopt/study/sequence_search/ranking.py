@@ -23,9 +23,6 @@ from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, explain_failure
 
-RANKING = "ranking.json"
-"""File of the ranking in the folder of a search."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RankedGait:
@@ -57,6 +54,10 @@ class RankedGait:
     gait: Gait | PlanarGait | None = None
     merged_into: ContactSequence | None = None
     file: Path | None = None
+
+    def __repr__(self) -> str:
+        cost = "" if self.gait is None or not self.ranked else f", {ranking_cost(self.gait):.6g}"
+        return f"RankedGait({str(self.sequence)!r}, {self.status}{cost})"
 
     @property
     def ranked(self) -> bool:
@@ -105,6 +106,12 @@ class Ranking:
 
     findings: tuple[RankedGait, ...]
     complete: bool
+
+    def __repr__(self) -> str:
+        count = sum(finding.ranked for finding in self.findings)
+        lowest = f", lowest cost {self.findings[0]!r}" if count else ""
+        ended = "" if self.complete else ", incomplete"
+        return f"Ranking({count} of {len(self.findings)} sequences ranked{lowest}{ended})"
 
     @property
     def best(self) -> Gait | PlanarGait:

@@ -10,7 +10,8 @@ from gaitopt.motion.archive import load
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
-from gaitopt.study.sequence_search.ranking import RANKING, RankedGait, Ranking
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking
+from gaitopt.study.storage.gait_store import RANKING
 
 
 @check_arguments
@@ -42,7 +43,9 @@ def load_ranking(path: str | Path) -> Ranking:
     path = Path(path)
     file = path if path.name == RANKING else path / RANKING
     if not file.is_file():
-        raise ArchiveError(f"The folder {file.parent} contains no {RANKING}, which a search writes when it ends.")
+        gait = next(iter(sorted(file.parent.glob("*.h5"))), None)
+        hint = "." if gait is None else f"; specify a file in it, such as {gait}."
+        raise ArchiveError(f"The folder {file.parent} contains no {RANKING}, which a search writes when it ends{hint}")
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
         records = [(record, _read_gait(record, file.parent)) for record in content["ranked"]]

@@ -25,7 +25,7 @@ from gaitopt.study.multistart import (
     verify_best,
 )
 from gaitopt.study.sequence_search.planar_search import list_planar_sequences, search_planar_sequences
-from gaitopt.study.sequence_search.ranking import RANKING, RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
     enumerate_sequences,
@@ -33,7 +33,7 @@ from gaitopt.study.sequence_search.sequence_enumeration import (
     neighbours,
 )
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
-from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.storage.gait_store import RANKING, GaitStore
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
 

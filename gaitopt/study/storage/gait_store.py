@@ -11,7 +11,8 @@ from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 
-QUESTION = "question.json"
+QUESTION, RANKING = "question.json", "ranking.json"
+"""Files of the key of a study and of the ranking of a search in their folder."""
 
 MAX_DIFFERENCES = 3
 """Number of differences between two studies that an error message lists."""

@@ -12,7 +12,8 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
-from gaitopt.study.gait_metrics import GaitMetric
+from gaitopt.study.gait_metrics import MEASURES, GaitMetric
+from gaitopt.study.planar_metrics import CONTACT_MEASURES, PLANAR_MEASURES
 from gaitopt.study.sequence_search.planar_search import judge_planar_gait
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits
 from gaitopt.study.stability_metrics import measure_multipliers, measure_recovery
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STABILITY, RECOVERY = "stability", "recovery"
+
+RESERVED = {metric.name for metric in (*MEASURES, *PLANAR_MEASURES, *CONTACT_MEASURES)} | {
+    *("peak_torque", "status", "reason", "verified", "replay_error", "lowest_sequence", "spectral_radius", "stable"),
+    *("multiplier_real", "multiplier_imag", "recovered_push", STABILITY, RECOVERY),
+}
+"""Names of variables that a metric of a user cannot have."""
 
 Measure = str | GaitMetric
 Columns = dict[str, Any]
@@ -33,10 +40,13 @@ def check_measures(measures: Sequence[Measure], problem: GaitProblem | PlanarPro
     Raises
     ------
     InputError
-        If a name is unknown, or the recovery of a robot with several contacts is requested.
+        If a name is unknown, a metric has the name of a variable of every sweep, or recovery is requested of a robot
+        with several contacts.
     """
     stated = [measures] if isinstance(measures, str | GaitMetric) else list(measures)
     for measure in stated:
+        if isinstance(measure, GaitMetric) and measure.name in RESERVED:
+            raise InputError(f"A sweep has a variable {measure.name!r} already; choose another name for the metric.")
         if not isinstance(measure, GaitMetric) and measure not in (STABILITY, RECOVERY):
             raise InputError(f"A sweep has no measure {measure!r}. {suggest(str(measure), (STABILITY, RECOVERY))}")
         if measure == RECOVERY and isinstance(problem, PlanarProblem):

@@ -160,17 +160,7 @@ def tabulate_front(front: Front) -> "xr.Dataset":
     for axis, (quantity, bounds) in enumerate(zip(grid.ends.quantities, grid.values, strict=True)):
         column = np.array([bounds[index[axis]] for index in points])
         table[f"bound_{quantity.name}"] = ("point", column, {"units": quantity.unit, "long_name": "bound"})
-    for kind, end in (("forward", "loose"), ("backward", "tight")):
-        gaits = [front.gait(index, f"{kind}-last") for index in points]
-        costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
-        table[f"{kind}_cost"] = (
-            "point",
-            costs,
-            {
-                "units": front.grid.ends.problem.objective.unit,
-                "long_name": f"cost before refinement, last from the {end} end",
-            },
-        )
+    table |= _tabulate_end_costs(front)
     solved = [front.gait(index) for index in points]
     table["front"] = (
         "point",
@@ -197,6 +187,17 @@ def tabulate_front(front: Front) -> "xr.Dataset":
         {"point": ("point", np.arange(len(points)), {"units": "1"})},
         _attributes(front, complete=None not in solved),
     )
+
+
+def _tabulate_end_costs(front: Front) -> dict[str, Any]:
+    """Return the costs of the last chains from both ends, by the names of their variables."""
+    table = {}
+    for kind, end in (("forward", "loose"), ("backward", "tight")):
+        gaits = [front.gait(index, f"{kind}-last") for index in front.grid.points()]
+        costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
+        text = f"cost before refinement, last from the {end} end"
+        table[f"{kind}_cost"] = ("point", costs, {"units": _unit(front, front.quantities[0]), "long_name": text})
+    return table
 
 
 def _unit(front: Front, quantity: Quantity) -> str:

@@ -1,0 +1,112 @@
+"""Gaits of several steps on the command line: solved from a script, or read from their file."""
+
+import functools
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.cli.output import out, print_json, report_file, verdict_text
+from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
+    from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
+    from gaitopt.progress import HomotopyIteration, Iteration
+
+
+def is_multistep_problem(problem: object) -> bool:
+    """Return whether a script has returned a problem of several steps."""
+    from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
+
+    return isinstance(problem, MultiStepProblem)
+
+
+def is_multistep_file(path: Path) -> bool:
+    """Return whether a file contains a gait of several steps; a missing or damaged one is left to its reader."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs.get("format", "")) == "gaitopt gait of several steps"
+    except OSError:
+        return False
+
+
+def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | None, json: bool) -> bool:
+    """Solve a problem of several steps, replay the gait, and write and print it; return whether it was verified.
+
+    Raises
+    ------
+    InputError
+        If a guess is named: each step states its own.
+    """
+    from gaitopt.motion.atomic import check_gait_suffix, check_writable
+    from gaitopt.ocp.multistep.multistep_file import save_steps
+    from gaitopt.ocp.multistep.multistep_solver import solve_steps
+    from gaitopt.simulation.multistep_verification import verify_steps
+
+    if guess is not None:
+        raise InputError(
+            f"--guess is not accepted for a problem of several steps, whose steps have guesses, got {guess}."
+        )
+    check_gait_suffix(path)
+    check_writable(path)
+    with show_progress(f"{problem.name}: building", hidden=json) as display:
+        gait = solve_steps(problem, observer=functools.partial(_describe_iteration, display))
+        if gait.status.ok:
+            display.describe("replaying in the event-driven simulator")
+            gait = verify_steps(gait)
+    written = save_steps(gait, path) if gait.status.ok else None
+    if json:
+        print_json(gait.summarise() | {"file": None if written is None else str(written)})
+        return gait.status.ok
+    print_multistep(gait)
+    if written:
+        report_file(written)
+    else:
+        out.print("no verified gait was found; nothing was written")
+    return gait.status.ok
+
+
+def _describe_iteration(display: Display, step: "Iteration | HomotopyIteration") -> None:
+    display.describe(f"iteration {step.number:3d}   objective {step.objective:.6f}")
+
+
+def verify_multistep(path: Path, *, json: bool) -> bool:
+    """Replay the gait in a file and print the result; return whether it passes."""
+    from gaitopt.ocp.multistep.multistep_file import load_steps
+    from gaitopt.simulation.multistep_verification import verify_steps
+
+    gait = verify_steps(load_steps(path))
+    if json:
+        print_json(gait.summarise() | {"file": str(path)})
+    else:
+        print_multistep(gait)
+        out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
+    return gait.status.ok
+
+
+def multistep_facts(gait: "MultiStepGait") -> dict[str, Any]:
+    """Return the facts of a gait of several steps."""
+    return gait.summarise()
+
+
+def print_multistep(gait: "MultiStepGait") -> None:
+    """Print the facts of a gait of several steps and a table of its steps."""
+    from rich import box
+    from rich.table import Table
+
+    out.print(f"{gait.problem.name}: {gait.status.key}, {gait.message}, {gait.iterations} iterations")
+    out.print(f"objective: {gait.objective:.6g}")
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in ("step", "sequence", "friction", "slope [rad]", "length [m]", "duration [s]", "objective"):
+        table.add_column(column, no_wrap=True)
+    for number, facts in enumerate(gait.summarise()["steps"]):
+        names = ("friction", "slope", "step_length", "duration", "objective")
+        table.add_row(str(number), facts["sequence"], *(f"{float(facts[name]):.4g}" for name in names))
+    out.print(table)
+    replay = gait.verification
+    if replay is not None:
+        reasons = "" if replay.passed else f": {'; '.join(replay.reasons)}"
+        verdict = verdict_text("passed" if replay.passed else "failed", replay.passed)
+        out.print("replay:", verdict, f"largest difference {replay.state_error:.1e}{reasons}")

@@ -1,0 +1,102 @@
+"""Rimless wheel: regions of its gait types A to D in the plane of slope and friction.
+
+The borders are special points of branches over friction at two slopes, followed over the slope.  In complete slip the
+wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.
+"""
+
+import math
+
+import numpy as np
+from drawing import GAIT_STYLE, STYLE
+from published import CLOSED_FORM
+from rimless_closed_forms import slope_range
+from rimless_setup import INERTIA_RATIO, SPOKES, wheel
+
+from gaitopt import WalkProblem, rimless_wheel, trace
+from gaitopt.continuation import trace_curve
+from gaitopt.study import PublishedValue, Reproduction
+
+BORDERS = {
+    "A and B": ("slip_onset", GAIT_STYLE["B"]["color"]),
+    "B and C": ("impact_cone", GAIT_STYLE["C"]["color"]),
+    "C and D": ("loss_of_stick", GAIT_STYLE["D+"]["color"]),
+    "D, lifts off": ("lift_off", "0.45"),
+    "D, does not roll over": ("roll_over", "0.2"),
+}
+"""Kind of special point and colour of each border."""
+
+STARTS = ((13.0, tuple(BORDERS)), (6.0, ("B and C", "C and D")))
+
+
+def study(
+    slopes=STARTS,  # slopes of the branches over friction [deg], with the borders that are followed from there
+    least=1.2,
+    most=15.0,  # range of the slope [deg]
+    frictions=(1.0, 0.05),  # range of friction of the branches
+):
+    """Return the study."""
+    ends = {"slope": (math.radians(least), math.radians(most))}
+    curves = [(name, curve) for slope, names in slopes for name, curve in _trace_borders(slope, names, ends, frictions)]
+    with STYLE.figure(4.2) as figure:
+        axes = figure.subplots()
+        for name, curve in curves:
+            label = f"Type {name}"
+            old = label in axes.get_legend_handles_labels()[1]
+            friction, slope = curve.values.T
+            axes.plot(np.degrees(slope), friction, color=BORDERS[name][1], label=None if old else label)
+        _label(axes, (least, most), frictions)
+    return Reproduction(figure, tuple(_numbers(curves)), tuple(_remarks(curves)))
+
+
+def _trace_borders(slope, names, ends, frictions):
+    """Yield the name and the curve of each border that the branches at a slope cross."""
+    problem = WalkProblem(robot=rimless_wheel(), parameters=wheel(frictions[0], slope))
+    diagram = trace(problem, {"friction": frictions})
+    for name in names:
+        for number, branch in enumerate(diagram.branches[:2]):
+            places = [place for place, point in enumerate(branch.special) if point.kind.key == BORDERS[name][0]]
+            places = places[:1] if name == "A and B" else places[-1:]
+            for place in places:
+                yield name, trace_curve(problem, diagram, ends, branch=number, special=place)
+
+
+def _label(axes, limits, frictions):
+    """Label axes and regions, and draw the least slope of Type A."""
+    least, _ = np.rad2deg(slope_range(SPOKES, INERTIA_RATIO))
+    if limits[0] <= least <= limits[1]:
+        axes.axvline(least, label="Type A, does not roll over", **STYLE.limit_line)
+    for text, place in {"A": (5, 0.5), "B": (12.9, 0.45), "C": (7.5, 0.18), "D": (12, 0.15)}.items():
+        if limits[0] < place[0] < limits[1]:
+            axes.text(*place, text, ha="center", va="center", fontsize=11)
+    axes.set(xlabel=r"slope $\alpha$ [deg]", ylabel=r"friction $\mu$", xlim=limits, ylim=(0, frictions[0]))
+    axes.legend(loc="upper left")
+
+
+def _numbers(curves):
+    """Yield the differences of borders from closed forms."""
+    for name, curve in curves:
+        friction, slope = curve.values.T
+        middle = f"{np.degrees(slope.min()):.1f} to {np.degrees(slope.max()):.1f} deg"
+        if name == "C and D":
+            error = np.max(np.abs(friction - np.tan(slope)))
+            yield PublishedValue(f"Types {name}, {middle}: mu - tan(alpha)", error, 0.0, 1e-9, CLOSED_FORM)
+        elif name.startswith("D,"):
+            # The derivatives are singular where the wheel just rolls over.
+            tolerance = 1e-8 if curve.kind.key == "roll_over" else 1e-9
+            yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
+
+
+def _remarks(curves):
+    """Yield how each border ends."""
+    for name, curve in curves:
+        (first, low), (last, high) = curve.values[[0, -1]]
+        yield (
+            f"Type {name}: from mu = {first:.4f}, alpha = {np.degrees(low):.2f} deg ({curve.begin}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.2f} deg ({curve.end})."
+        )
+
+
+if __name__ == "__main__":
+    from gaitopt.cli.app import run_study
+
+    run_study(__file__)

@@ -1,0 +1,37 @@
+"""Gaits of several steps on the command line: solved from a script, shown, verified, drawn and animated."""
+
+import pytest
+
+from gaitopt.ocp import load_steps
+
+SCRIPT = """
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+from gaitopt.ocp import MultiStepProblem
+
+
+def problem(longer=0.47):
+    step = GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6, step_length=0.45,
+        limits=Limits(torque=10), objective="torque_squared", transcription=Collocation(intervals=12),
+    )
+    return MultiStepProblem(steps=(step, step.replace(step_length=longer)), name="period two")
+"""
+
+
+def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script, folder):
+    run = command("solve", script(SCRIPT), "-o", "two.h5", "--json")
+    assert run.status == 0, run.err
+    assert run.json["verification"]["passed"]
+    assert [step["step_length"] for step in run.json["steps"]] == pytest.approx([0.45, 0.47])
+    assert load_steps(folder / "two.h5").problem.name == "period two"
+    assert "stick | stick" in command("show", "two.h5").out
+    assert command("verify", "two.h5", "--json").json["verification"]["passed"]
+    for name, picture in (("plot", "two.png"), ("animate", "two.gif")):
+        assert command(name, "two.h5", "-o", picture).status == 0
+        assert (folder / picture).stat().st_size > 0
+
+
+def test_options_for_single_steps_are_refused(command, script):
+    run = command("solve", script(SCRIPT), "--guess", "walk.csv")
+    assert run.status == 2
+    assert "--guess is not accepted" in run.err
