@@ -24,11 +24,11 @@ def main() -> None:
             app.main()
         except SystemExit as end:
             if end.code == app.INTERRUPTED:
-                _exit_interrupted()
+                _exit_by_interrupt()
             raise
 
 
-def _exit_interrupted() -> None:
+def _exit_by_interrupt() -> None:
     """End the process without the clean-up of the interpreter, which may end it with the signal, or take long."""
     with contextlib.suppress(OSError, ValueError):  # a closed stream
         sys.stdout.flush()

@@ -37,10 +37,10 @@ def view_result(result: Any) -> str:
     >>> view_result(load_diagram("docs/examples/compass_slope.nc")).count("<svg")
     1
     """
-    own = getattr(result, "_repr_html_", None)  # of a dataset
+    markup = getattr(result, "_repr_html_", None)  # of a dataset
     drawn = _draw(result)
-    if own is not None:
-        return str(own()) if drawn is None else f"<div>{drawn}{own()}</div>"
+    if markup is not None:
+        return str(markup()) if drawn is None else f"<div>{drawn}{markup()}</div>"
     parts = [f"<p><code>{html.escape(repr(result))}</code></p>", _tabulate_design(result), drawn or ""]
     return f'<div class="gaitopt">{"".join(parts)}</div>'
 
