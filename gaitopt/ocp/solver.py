@@ -179,6 +179,9 @@ def _is_new(problem: GaitProblem) -> bool:
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
     """Solve a problem from the optimal gait without its bound of the spectral radius."""
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
+    if gait.status is Status.INFEASIBLE:
+        message = f"{gait.solver.message}, even without the bound of the spectral radius"
+        return gait.with_failure(gait.status, message, gait.solver.conflicts)
     if not gait.status.ok:
         return gait
     bounded = _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)
