@@ -218,7 +218,7 @@ def _solve_open(
     homotopy = homotopy or Homotopy()
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     gaits: list[Gait] = []
-    while not _is_finished(gaits, [], starts):
+    while not _is_finished(gaits, [], starts, RETRIES):
         guess = guesses[len(gaits)]
         gaits.append(solve_open_sequence(problem, guess, solver, observer, homotopy=homotopy))
         if len(gaits) == 1 and gaits[0].status in RETRY and gaits[0].status not in INACCURATE:
@@ -238,7 +238,7 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
     return solver
 
 
-def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int = RETRIES) -> bool:
+def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int) -> bool:
     """Return whether no further start is tried."""
     if not gaits:
         return False
