@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import ArchiveError, InputError
+from gaitopt.status import Status
 
 if TYPE_CHECKING:
     from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
@@ -31,8 +32,8 @@ def is_multistep_file(path: Path) -> bool:
         return False
 
 
-def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | None, json: bool) -> bool:
-    """Solve a problem of several steps, replay the gait, and write and print it; return whether it was verified.
+def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | None, json: bool) -> Status:
+    """Solve a problem of several steps, replay the gait, and write and print it; return its status.
 
     Raises
     ------
@@ -58,13 +59,13 @@ def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | No
     written = save_steps(gait, path) if gait.status.ok else None
     if json:
         print_json(gait.summarise() | {"file": None if written is None else str(written)})
-        return gait.status.ok
+        return gait.status
     print_multistep(gait)
     if written:
         report_file(written)
     else:
         out.print("no verified gait was found; nothing was written")
-    return gait.status.ok
+    return gait.status
 
 
 def _describe_iteration(display: Display, step: "Iteration | HomotopyIteration") -> None:

@@ -54,9 +54,13 @@ def run(
 
 
 def check_parts(parts: Mapping[Any, Any], script: Path) -> None:
-    """Raise InputError unless each part of a study is a result."""
+    """Raise InputError unless each part of a study is a result, and their figures have different names."""
     from gaitopt.plot.result_figure import find_figure
 
+    drawn = [str(name) for name, part in parts.items() if not isinstance(part, int | float)]
+    files = [name_figure(Path("a.png"), name).name for name in drawn]
+    if len(set(files)) < len(files):
+        raise InputError(f"The names of the results of {script} must differ in letters and digits, got {drawn}.")
     for part in parts.values():
         is_result = has_output(part) or find_figure(part) is not None
         if not (is_result or _is_reproduction(part) or _is_figure(part) or isinstance(part, int | float)):

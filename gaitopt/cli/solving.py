@@ -90,8 +90,8 @@ def solve(
     repeated = is_gait_file(source)
     problem, script = _read_problem(source, setting)
     if is_multistep_problem(problem):
-        solved = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
-        raise typer.Exit(0 if solved else 1)
+        status = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
+        sys.exit(INTERRUPTED if status is Status.INTERRUPTED else 0 if status.ok else 1)
     problem, fit = start_from_file(problem, guess, column, angle_unit)
     path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
     check_gait_suffix(path)

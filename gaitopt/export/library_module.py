@@ -60,7 +60,7 @@ def write_library(library: GaitLibrary, path: str | Path) -> Path:
         sequence=library.sequence,
         angles=write_literal(", ".join(robot.angles)),
         actuators=write_literal(", ".join(robot.actuators)),
-        axes="{" + ", ".join(f"{name!r}: {_table(values)}" for name, values in library.axes.items()) + "}",
+        axes="{" + ", ".join(f"{name!r}: np.array({values.tolist()})" for name, values in library.axes.items()) + "}",
         units=dict(library.units),
         durations=_table(library.durations),
         samples=_table(library.samples),

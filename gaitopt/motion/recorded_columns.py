@@ -108,10 +108,11 @@ def assign_columns(
     rates: dict[str, Array] = {}
     for quantity in quantities:
         units = ANGLE_UNITS if quantity.unit == "rad" else _LENGTH_UNITS
-        label = re.escape(renamed.get(quantity.name, quantity.name))
+        column, listed = renamed.get(quantity.name, quantity.name), "|".join(units)
+        named = re.fullmatch(rf"(.+)_({listed})", column) if quantity.name in renamed else None
+        label = re.escape(named[1] if named else column)
         bare = 1.0 if quantity.unit == "m" else None if unit is None else ANGLE_UNITS[unit]
-        listed = "|".join(units)
-        values = take(rf"{label}(?:_({listed}))?", units, bare)
+        values = take(rf"{label}_({named[2]})" if named else rf"{label}(?:_({listed}))?", units, bare)
         rate = take(rf"{label}_rate_({listed})_per_s", units)
         coordinates |= {} if values is None else {quantity.name: values}
         rates |= {} if rate is None else {quantity.name: rate}

@@ -85,8 +85,8 @@ def plot_sweep(
 def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":
     """Return the number of the contact sequence of lowest cost at each point of a sweep, -1 without a gait."""
     sequences = [str(name) for name in table.sequence.values]
-    if "lowest_sequence" in table:
-        names = table.lowest_sequence.values.astype(str)
+    names = table.lowest_sequence.values.astype(str) if "lowest_sequence" in table else None
+    if names is not None and {"", *sequences}.issuperset(names.ravel()):  # false if sequences were deselected
         return np.array([sequences.index(name) if name else -1 for name in names.ravel()]).reshape(names.shape)
     cost = np.where(table.status.values == "solved", table.objective.values, np.inf)
     return np.where(np.isfinite(cost).any(axis=0), np.argmin(cost, axis=0), -1)

@@ -35,3 +35,11 @@ def test_options_for_single_steps_are_refused(command, script):
     run = command("solve", script(SCRIPT), "--guess", "walk.csv")
     assert run.status == 2
     assert "--guess is not accepted" in run.err
+
+
+def test_an_interrupted_solve_has_its_exit_status(command, script, monkeypatch):
+    def stop(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitopt.cli.multistep_output._describe_iteration", stop)
+    assert command("solve", script(SCRIPT), "-o", "two.h5").status == 130

@@ -107,6 +107,15 @@ def test_the_place_of_a_misfit_and_doubtful_units_are_reported(recorded, tmp_pat
     assert part.duration == pytest.approx(0.2, abs=0.02)
 
 
+def test_a_renamed_column_states_its_unit(tmp_path):
+    path = tmp_path / "poses.csv"
+    path.write_text("time_s,stance_deg,th2_deg\n0,-8,-8\n0.4,0,6\n0.7,8,8\n")
+    for unit in (None, "rad"):
+        motion = read_motion(path, compass_biped(), columns={"th1": "stance_deg"}, angle_unit=unit)
+        assert motion.q[0] == pytest.approx(motion.q[1], abs=0.2)
+        assert motion.q[0, -1] == pytest.approx(np.deg2rad(8))
+
+
 def test_planar_robots_have_lengths_and_angles(tmp_path):
     robot = monopod()
     units = ["mm" if unit == "m" else "deg" for unit in robot.units]

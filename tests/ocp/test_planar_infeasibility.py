@@ -6,7 +6,9 @@ import pytest
 
 from gaitopt import Status
 from gaitopt.ocp import Collocation, PlanarLimits, solve_planar
+from gaitopt.ocp.multicontact.planar_infeasibility import conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_solver import _Start
+from gaitopt.ocp.nlp.ipopt import Ipopt
 from tests.ocp.multicontact_examples import walk
 
 WEAK = {"ankle A": 1.0, "hip": 1.0, "ankle B": 0.0}
@@ -39,6 +41,15 @@ def test_relaxing_one_of_them_suffices_and_less_does_not(refused, actuator):
     assert solve_planar(weak_walk(**{actuator: conflict.sufficient})).status.ok
     missing = 0.9 * (conflict.sufficient - conflict.limit)
     assert not solve_planar(weak_walk(**{actuator: conflict.limit + missing})).status.ok
+
+
+def test_an_interrupt_of_the_search_for_conflicts_is_reported(refused):
+    def stop(iteration):
+        raise KeyboardInterrupt
+
+    failure = refused.replace_fields(solver=refused.solver.replace_fields(conflicts=()))
+    gait = conclude_planar_failure(weak_walk(), failure, Ipopt(), stop, solve_planar)
+    assert gait.status is Status.INTERRUPTED
 
 
 def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch):

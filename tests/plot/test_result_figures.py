@@ -17,6 +17,7 @@ from gaitopt.plot import (
     view_result,
 )
 from gaitopt.plot.style import area_color, line_style
+from gaitopt.plot.sweep_figure import find_lowest
 from gaitopt.stability.recovery import Recovery
 from gaitopt.study import RobustnessMargins, RobustnessRecord
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits
@@ -122,6 +123,13 @@ def test_a_sweep_over_one_parameter_has_a_line_for_each_sequence_and_marks_the_l
     failures = [line for line in axes.lines if line.get_label() == "_failure"]
     assert [line.get_xdata().size for line in failures] == [1, 5]
     assert axes.get_xlabel() == "slope [deg]"
+
+
+def test_the_lowest_cost_is_that_of_the_sequences_that_are_left():
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    table["lowest_sequence"] = ("slope", np.array([SEQUENCES[1], SEQUENCES[0], *[SEQUENCES[1]] * 3], dtype=object))
+    assert find_lowest(table).tolist() == [1, 0, 1, 1, 1]
+    assert find_lowest(table.isel(sequence=[0])).tolist() == [-1, 0, 0, 0, 0]
 
 
 def test_a_sweep_over_two_parameters_shows_the_sequence_of_lowest_cost():

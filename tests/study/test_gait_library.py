@@ -73,6 +73,17 @@ def test_exported_code_interpolates_alike(library, tmp_path, rng):
         namespace["step_at"](speed=1, step_length=0.45)
 
 
+def test_rounding_does_not_lead_out_of_a_range(library, tmp_path):
+    """Weights of four corners whose sum is below one, and an axis that ends in a number of 17 digits."""
+    for place in np.linspace(0.601, 0.639, 40):
+        library.motion_at(speed=place, step_length=0.4537)  # the static friction ratio is at least 1
+    last = 0.1 + 0.2
+    moved = type(library)(**{**vars(library), "axes": {**library.axes, "speed": np.array([0.1, 0.2, last])}})
+    namespace = {}
+    exec(write_library(moved, tmp_path / "library.py").read_text(encoding="utf-8"), namespace)
+    assert namespace["step_at"](speed=last, step_length=0.45)["time"][-1] > 0
+
+
 def test_places_outside_and_missing_gaits_are_rejected(library, swept):
     with pytest.raises(InputError, match="must be"):
         library.motion_at(speed=0.7, step_length=0.45)

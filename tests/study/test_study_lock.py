@@ -159,6 +159,7 @@ def test_temporary_files_of_a_killed_writer_are_removed(tmp_path):
     parts.mkdir()
     abandoned = [tmp_path / ".front-a1b2c3_4.nc", parts / ".point-0-a1b2c3d4.h5"]
     others = [tmp_path / ".fronts-a1b2c3d4.nc", tmp_path / ".front-a.nc", parts / "point-0.h5", tmp_path / "front.nc"]
+    others.append(parts / ".docker-override.yml")  # of the user
     for file in (*abandoned, *others):
         file.touch()
     with lock_study(tmp_path / "front.nc"):

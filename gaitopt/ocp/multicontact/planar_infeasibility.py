@@ -125,8 +125,10 @@ def conclude_planar_failure(
     if elastic.is_feasible(nearest):
         guess = FromPlanarGait(failure.replace_fields(motion=elastic.motion(nearest)))
         gait = solve_once(problem.replace(guess=guess))
-        return gait if gait.status.ok else failure
-    if nearest.status is Status.INTERRUPTED or not found:
+        return gait if gait.status.ok or gait.status is Status.INTERRUPTED else failure
+    if nearest.status is Status.INTERRUPTED:
+        return failure.replace_fields(status=Status.INTERRUPTED)
+    if not found:
         return failure
     report = failure.solver.replace_fields(
         message="no gait found near the start: the least excess over the limits is not zero",

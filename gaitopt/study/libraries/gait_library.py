@@ -105,6 +105,8 @@ class GaitLibrary:
             q, v, torque = np.split(rows, [n_q, 2 * n_q])
             phases.append(PhaseKinematics(mode=mode, time=time, q=q, v=v, torque=torque))
             begin = time[-1]
+        ends = [self.values[index] for index in corners]
+        values = np.clip(values, np.min(ends, axis=0), np.max(ends, axis=0))  # a bound is not exceeded by rounding
         named = dict(zip(self.parameters, values.tolist(), strict=True))
         return make_kinematic_motion(self.robot, named, phases, impact=ContactSequence.parse(self.sequence).impact)
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import glob
+import itertools
 import os
 import socket
 import sys
@@ -15,6 +16,9 @@ SUFFIX = ".lock"
 
 RANDOM = "?" * 8
 """Random part of the names of temporary files, see :func:`gaitopt.motion.atomic.write_atomically`."""
+
+SUFFIXES = (".h5", ".json")
+"""Suffixes of the files that a study writes in its folder; hidden files of others stay."""
 
 
 @contextmanager
@@ -78,8 +82,8 @@ def remove_abandoned_files(target: Path) -> None:
     """
     parts = target.with_name(f"{target.name}.parts")
     abandoned = list(target.parent.glob(f".{glob.escape(target.stem)}-{RANDOM}{glob.escape(target.suffix)}"))
-    for folder in (target, parts):
-        abandoned += folder.glob(f".*-{RANDOM}.*")
+    for folder, suffix in itertools.product((target, parts), SUFFIXES):
+        abandoned += folder.glob(f".*-{RANDOM}{suffix}")
     for file in abandoned:
         file.unlink(missing_ok=True)
 
