@@ -46,7 +46,7 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a result of any kind: gait, search, sweep, trade-off, basin, branches, tuned gains or push test.
+    """Draw a result of any kind: gait, search, sweep, front, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.
 
