@@ -42,8 +42,8 @@ def audit(
 
     The problems are installed scripts with random settings.  The second integrator shares only the symbolic equations
     of the robot with the simulator.  A false pass is a gait that the simulator verifies and the second integrator does
-    not; a refusal is a solution that the simulator does not verify.  Exit status 0 if there is no false pass, no
-    refusal and no error, 1 otherwise.
+    not; a refused solution is one that the simulator does not verify.  Exit status 0 if there is no false pass, no
+    refused solution and no error, 1 otherwise.
 
     Example: gaitopt audit --count 100 -o audit.json
     """

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RETRIES = 3
 """Number of further starts that are tried if none has converged.
 
-With a bound of the spectral radius there are none: other starts are farther from a stable gait than the optimum
+With a bound on the spectral radius there are none: other starts are farther from a stable gait than the optimum
 without the bound.
 """
 
@@ -177,10 +177,10 @@ def _is_new(problem: GaitProblem) -> bool:
 
 
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
-    """Solve a problem from the optimal gait without its bound of the spectral radius."""
+    """Solve a problem from the optimal gait without its bound on the spectral radius."""
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if gait.status is Status.INFEASIBLE:
-        message = f"{gait.solver.message}, even without the bound of the spectral radius"
+        message = f"{gait.solver.message}, even without the bound on the spectral radius"
         return gait.with_failure(gait.status, message, gait.solver.conflicts)
     if not gait.status.ok:
         return gait
