@@ -153,7 +153,8 @@ class FootGlass:
             angles = np.linspace(-1, 1, 200) * min(3 * self._tall / radius, np.pi / 2)
             return [(radius * np.sin(angles), radius * (1 - np.cos(angles)))]
         directions = [frame.points[:, other] - frame.points[:, self._foot_point] for other in self._neighbours]
-        ends = [3 * self._tall * direction / np.linalg.norm(direction) for direction in directions]
+        lengths = [np.linalg.norm(direction) or 1.0 for direction in directions]  # a link may have none
+        ends = [3 * self._tall * part / length for part, length in zip(directions, lengths, strict=True)]
         return [(np.array([0.0, x]), np.array([0.0, y])) for x, y in ends]
 
     def _add_artists(self) -> None:
