@@ -6,6 +6,7 @@ import pytest
 from gaitopt import Collocation, InputError, feedforward, sweep
 from gaitopt.export import write_library
 from gaitopt.study import load_library, load_sweep_gait, measure_library
+from gaitopt.study.libraries.library_errors import CellError, LibraryErrors
 from tests.study.conftest import quick_problem
 
 SPEEDS, LENGTHS = [0.60, 0.62, 0.64], [0.45, 0.46]
@@ -59,6 +60,8 @@ def test_the_error_in_the_middle_is_of_second_order(library, grid_problem):
     for name in ("torque", "state"):
         assert coarse.largest(name) / fine.largest(name) == pytest.approx(4, rel=0.3)
     assert "largest difference of the angles from the optimum" in str(fine)
+    failed = LibraryErrors((*fine.cells, CellError(place={}, sequence="", state=0.1)), fine.sequence)
+    assert f"angles from the optimum: {fine.largest('angle'):.3g} rad, without 1 cells" in str(failed)
 
 
 def test_exported_code_interpolates_alike(library, tmp_path, rng):
