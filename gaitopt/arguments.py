@@ -2,7 +2,7 @@
 
 The functions check values and combinations themselves.  If one ends in another error, its arguments are compared with
 annotations: one that does not fit them is the cause.  A call that succeeds is not delayed.  The arguments of some
-records, such as the bodies of a robot, are compared always (:func:`check_record`), since they are read later.
+records, such as the bodies of a robot, are always compared (:func:`check_record`), since they are read later.
 """
 
 import functools

@@ -38,7 +38,7 @@ def load_ipython_extension(shell: Any) -> None:
         shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, display)
 
     def view(result: Any) -> str:
-        html: str = import_module("gaitopt.plot.notebook").view_result(result)
+        html: str = import_module("gaitopt.plot.result_view").view_result(result)
         return html
 
     for module, name in DRAWN:

@@ -111,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _is_import_error(error: BaseException | None) -> bool:
-    """Return whether an error follows from a failed import, as an import that is interrupted fails."""
+    """Return whether an error has an ImportError among its causes, as after an interrupt of an import."""
     while error is not None and not isinstance(error, ImportError):
         error = error.__cause__ or error.__context__
     return error is not None

@@ -10,6 +10,7 @@ from gaitopt.cli.options import BasinOutput, Json, Quiet, Scheduler, Verbose, Wo
 from gaitopt.cli.output import exit_incomplete, out, print_json, report_file, verdict_text
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
+from gaitopt.reductions import worst
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,8 +42,8 @@ def audit(
 
     The problems are installed scripts with random settings.  The second integrator shares only the symbolic equations
     of the robot with the simulator.  A false pass is a gait that the simulator verifies and the second integrator does
-    not; a refusal is a solution that the simulator does not verify.  Exit status 0 if there is no false pass, no
-    refusal and no error, 1 otherwise.
+    not; a refused solution is one that the simulator does not verify.  Exit status 0 if there is no false pass, no
+    refused solution and no error, 1 otherwise.
 
     Example: gaitopt audit --count 100 -o audit.json
     """
@@ -108,13 +109,14 @@ def summarise_audit(rows: "Mapping[str, Mapping[str, Any]]") -> dict[str, Any]:
         if row["result"] in (ERROR, FALSE_PASS, REFUSED)
     ]
     scripts = sorted({row["script"] for row in rows.values()})
+    errors = [row["second_error"] for row in rows.values() if row.get("second_error") is not None]
     compared = [row["cost"] / row["best"] - 1 for row in rows.values() if row.get("best")]
     return {
         "results": dict(Counter(row["result"] for row in rows.values()).most_common()),
         "scripts": {
             name: dict(Counter(row["result"] for row in rows.values() if row["script"] == name)) for name in scripts
         },
-        "largest_second_error": max((row.get("second_error") or 0.0 for row in rows.values()), default=0.0),
+        "largest_second_error": worst(0.0, errors),
         "compared": len(compared),
         "costlier_by_1_percent": sum(excess > 0.01 for excess in compared),
         "findings": findings,

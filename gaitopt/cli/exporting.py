@@ -46,7 +46,7 @@ def plot(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a result of any kind: gait, search, sweep, trade-off, basin, branches, tuned gains or push test.
+    """Draw a result of any kind: gait, search, sweep, front, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.
 
@@ -167,14 +167,14 @@ def export(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write a gait for other programs: .csv trajectories, .json torques and gains, .c dynamics, .c or .py controller.
+    """Write a gait for other programs: trajectories (.csv), torques (.json), dynamics (.c) or a controller (.c, .py).
 
     A .py controller needs NumPy only.  Without --law, the controller replays the planned torques and has no gains.
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
-    Of a sweep (.nc), a .py file interpolates the gaits over its axes.  The largest errors in the middles of the grid
-    cells are reported.
+    For a sweep (.nc), the .py file interpolates the gaits over its axes, and the largest errors in the middles of the
+    grid cells are reported.
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """

@@ -48,7 +48,7 @@ def read_failed_problem(path: Path, settings: Sequence[str] | None) -> tuple[Gai
     from gaitopt.ocp.problem_definition import restore_problem
 
     if settings:
-        raise InputError(f"--set changes a parameter of a script, and {path} is no script ending in .py.")
+        raise InputError(f"--set changes a parameter of a script, and {path} is not a script ending in .py.")
     gait = load(path)
     if gait.status.ok:
         raise InputError(f"{path} is a solved gait; 'gaitopt solve' repeats failed solves and solves scripts.")
@@ -60,7 +60,7 @@ def write_failure(gait: AnyGait, problem: GaitProblem | PlanarProblem, path: Pat
     from gaitopt.motion.archive import save
     from gaitopt.ocp.problem_definition import KEY, REASON, record_definition
 
-    if KEY not in gait.problem:  # solved, but its replay failed
+    if KEY not in gait.problem:  # solved, but not verified
         gait = record_definition(gait, problem)
     try:
         return FailureFile(save(gait, path), gait.problem[KEY].get(REASON, ""))

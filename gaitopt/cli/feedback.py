@@ -143,18 +143,16 @@ def push(
     began = time.perf_counter()
     _check_output(output, "push test")
     gait = load_single_support_gait(file, problem)
-    robot = gait.robot
-    chosen, title = law_for(gait, robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
+    chosen, title = law_for(gait, gait.robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
-        margins = _margins_of(robot, chosen, cycle, steps, test, team, hidden=json)
-    laws = {title: chosen, "open loop": feedforward(robot, gait.motion)}
-    basins = _basins(gait, laws, ball, test, hidden=json)
+        margins = _margins_of(gait.robot, chosen, cycle, steps, test, team, hidden=json)
+    basins = _basins(gait, {title: chosen, "open loop": feedforward(gait.robot, gait.motion)}, ball, test, hidden=json)
     record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
     written = None if output is None else save_robustness(record, output)
     facts = {
         "law": title,
-        "engine": default_engine(chosen, robot).name,
+        "engine": default_engine(chosen, gait.robot).name,
         "radius": cycle.radius,
         "steps": steps,
         **endurance_facts(margins, ball, basins["open loop"], basins[title]),
@@ -162,10 +160,10 @@ def push(
     }
     if json:
         print_json(facts)
-    else:
-        print_endurance(facts, basins)
-        if written is not None:
-            report_file(written)
+        return
+    print_endurance(facts, basins)
+    if written is not None:
+        report_file(written)
 
 
 def _basins(

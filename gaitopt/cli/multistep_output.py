@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.errors import InputError
+from gaitopt.errors import ArchiveError, InputError
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
@@ -24,12 +24,11 @@ def is_multistep_problem(problem: object) -> bool:
 
 def is_multistep_file(path: Path) -> bool:
     """Return whether a file contains a gait of several steps; a missing or damaged one is left to its reader."""
-    import h5py
+    from gaitopt.motion.hdf5 import identify_file
 
     try:
-        with h5py.File(path, "r") as file:
-            return str(file.attrs.get("format", "")) == "gaitopt gait of several steps"
-    except OSError:
+        return str(identify_file(path)["kind"]) == "gait of several steps"
+    except ArchiveError:
         return False
 
 

@@ -1,4 +1,4 @@
-"""Output of results read from files: a table for people, facts as plain data for programs."""
+"""Output of results read from files: tables for the terminal, and facts as plain data for JSON."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -30,7 +30,7 @@ OUTPUTS = {
 }
 """Functions that print a result and return its facts, by the class of the result or the format of a dataset.
 
-They are given by name, so that only the ones that are used are imported."""
+The functions are stated by name, so that only those in use are imported."""
 
 
 def print_result(result: Any) -> None:

@@ -28,7 +28,7 @@ def run(
     """Run a study script: save its figures, print its results and compare its numbers with published ones.
 
     The function study() of the script returns a Reproduction, a figure, any result (gait, sweep, basin, search, front,
-    diagram, comparison, tuned gains, push test), a number, or a mapping of names to such.  The figure is written to
+    diagram, comparison, tuned gains, push test), a number, or a mapping of names to these.  The figure is written to
     SCRIPT.png unless --output names another file; those of a mapping to SCRIPT_NAME.png.  Exit status 1 if a number
     differs from the published one in its printed digits, 0 otherwise.
 
@@ -66,7 +66,7 @@ def check_parts(parts: Mapping[Any, Any], script: Path) -> None:
         if not (is_result or _is_reproduction(part) or _is_figure(part) or isinstance(part, int | float)):
             raise InputError(
                 f"study() of {script} must return a Reproduction, a figure, a result of gaitopt, a number, or a "
-                f"mapping of names to such; it returned {type(part).__name__}."
+                f"mapping of names to these; it returned {type(part).__name__}."
             )
 
 
@@ -140,5 +140,5 @@ def _print_part(name: str, part: Any, figure: Path | None) -> None:
 
 
 def _agrees(part: Any) -> bool:
-    """Return whether the numbers of a part agree with published ones; true for parts without such."""
+    """Return whether the numbers of a part agree with published ones; true for parts without published ones."""
     return not _is_reproduction(part) or all(number.agrees for number in part.numbers)

@@ -281,7 +281,9 @@ def _versions() -> str:
     ]
     if old:
         raise RuntimeError("; ".join(old))
-    return f"{len(required)} packages are as new as required" if required else "gaitopt is not installed, not compared"
+    if required:
+        return f"{len(required)} packages are as new as required"
+    return "versions are not compared: gaitopt is not installed"
 
 
 def _numbers(version: str) -> tuple[int, ...]:

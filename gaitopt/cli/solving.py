@@ -215,7 +215,7 @@ def show(
         show_script(file, setting, json=json)
         return
     if setting:
-        raise InputError(f"--set changes a parameter of a script, and {file} is no script ending in .py.")
+        raise InputError(f"--set changes a parameter of a script, and {file} is not a script ending in .py.")
     result = load_result(file)
     if json:
         print_json(find_facts(result) | {"file": str(file)})

@@ -25,8 +25,8 @@ LARGEST_WIDTH = 1e-6
 STEEPEST = 0.05
 """Smallest cosine between a chord and a tangent along which a point between is predicted."""
 SAME_SLOPE = (1e-8, 1e-3)
-"""Scaled distances of two points between which the derivative of the map by the parameter is taken from one of them:
-points closer to each other are located with exact derivatives."""
+"""Least and largest scaled distance of two points for which the derivative of the map with respect to the parameter is
+taken from one of them; otherwise it is evaluated at each iterate."""
 MODEST = 3.0
 """Largest modulus of a multiplier for which this is done: errors of the derivative grow with the multipliers."""
 Describe = Callable[[object], str]

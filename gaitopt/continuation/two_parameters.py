@@ -203,7 +203,7 @@ class _Plane:
         return next((reason for reason in reasons if reason != NOT_FOUND), NOT_FOUND)
 
     def _towards(self, last: _Located) -> Array:
-        """Return the direction in which the branch of the diagram passes the special point, or leads to its end."""
+        """Return the direction in which the branch of the diagram passes the special point, or approaches its end."""
         branch, special = self.diagram.branches[self.branch], last.special
         first, final = (float(value) for value in branch.values[[0, -1]])
         value = float(last.place[0] * self.scale[0])

@@ -69,9 +69,7 @@ class Family:
             if problem.robot is not problems[0].robot:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
             if not problems[0].free:
-                raise InputError(
-                    "The problems of a Family must have free parameters, at least one: problem 1 has none."
-                )
+                raise InputError("The problems of a Family must have at least one free parameter; problem 1 has none.")
             if problem.free != problems[0].free:
                 raise InputError(
                     f"All problems of a Family must have the same free parameters: problem {number} has "

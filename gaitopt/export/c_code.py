@@ -25,7 +25,7 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     after the file: ``gait.c`` has ``gait_acceleration_stick(q, v, u, p, acceleration, force)`` and the like, the
     default parameters ``gait_parameters``.  The controller is a step function with an explicit state:
     ``gait_begin(&state, q, v)`` after every touchdown, then ``gait_step(&state, clock, q, v, slide, torque)`` at every
-    sample, which takes note of the law's events; ``gait_update(state, time, touchdown, q, v, slide, next, torque)``
+    sample, which also detects the events of the law; ``gait_update(state, time, touchdown, q, v, slide, next, torque)``
     does the same with plain arrays, as a C Caller block of Simulink needs; ``gait_control`` gives the torque for given
     latched values.  The header describes each argument.  The code allocates no memory.
 

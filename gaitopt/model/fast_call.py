@@ -85,7 +85,7 @@ class FastCall:
 
 
 def _memory_layout(function: ca.Function) -> tuple[list[slice], list[slice]]:
-    """Return the places of the inputs and of the outputs of a Function, one after the other, in two arrays."""
+    """Return the slices of the inputs and of the outputs of a Function in two arrays of consecutive numbers."""
     if function not in _LAYOUTS:
         _LAYOUTS[function] = (
             _consecutive([function.nnz_in(i) for i in range(function.n_in())]),
@@ -98,5 +98,5 @@ _LAYOUTS: WeakKeyDictionary[ca.Function, tuple[list[slice], list[slice]]] = Weak
 
 
 def _consecutive(sizes: list[int]) -> list[slice]:
-    """Return the places of consecutive parts with some sizes."""
+    """Return the slices of consecutive parts with given sizes."""
     return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]

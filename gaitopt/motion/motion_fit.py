@@ -100,7 +100,7 @@ class MotionFit:
 def fit_curve(time: Array, values: Array, pieces: int | None) -> Any:
     """Return a curve through samples as a callable (time, order of derivative) -> values.
 
-    Few samples are interpolated by a monotone cubic, many are approximated by the cubic spline of least squares.
+    Few samples are interpolated by a monotone cubic, many are approximated by a cubic least-squares spline.
 
     Parameters
     ----------

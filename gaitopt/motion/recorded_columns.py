@@ -19,7 +19,7 @@ _TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 _FORCE_UNITS = {"torque_Nm": 1.0, "force_N": 1.0}
 
 LARGEST_ANGLE = 2 * math.pi
-"""Angle [rad] beyond which the unit of a column is doubted."""
+"""Angle [rad] beyond which a warning states that the unit of a column may be degrees."""
 
 
 class RecordedQuantity(NamedTuple):
@@ -103,7 +103,7 @@ def assign_columns(
 
     time = take(rf"(?:time|t)(?:_({'|'.join(_TIME_UNITS)}))?", _TIME_UNITS, 1.0)
     if time is None:
-        raise InputError(f"{path} has no column of the time. {suggest('time_s', table.columns)}")
+        raise InputError(f"{path} has no column with the time. {suggest('time_s', table.columns)}")
     coordinates: dict[str, Array] = {}
     rates: dict[str, Array] = {}
     for quantity in quantities:
@@ -127,15 +127,16 @@ def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[st
     for name in names:
         if name not in columns.coordinates:
             raise InputError(
-                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} Another "
-                f"column is stated as columns={{{name!r}: 'COLUMN'}}, or --column {name}=COLUMN."
+                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} State "
+                f"the column by columns={{{name!r}: 'COLUMN'}}, or --column {name}=COLUMN."
             )
 
 
 def _doubtful_units(quantities: Iterable[RecordedQuantity], values: Mapping[str, Array]) -> tuple[str, ...]:
     angles = [quantity.name for quantity in quantities if quantity.unit == "rad" and quantity.name in values]
     return tuple(
-        f"{name} reaches {np.max(np.abs(values[name])):.3g} rad; if these are degrees, the column must state it"
+        f"{name} reaches {np.max(np.abs(values[name])):.3g} rad; if the values are in degrees, the name of the "
+        "column must state it"
         for name in angles
         if np.max(np.abs(values[name])) > LARGEST_ANGLE
     )

@@ -113,7 +113,7 @@ def read_motion(
 
     Columns are named as in the files of :func:`gaitopt.write_csv`: ``time_s``, ``th1_rad`` or ``th1_deg``, and if they
     are known ``th1_rate_rad_per_s``, ``hip_torque_Nm`` and, for a foot that slips, ``x_m``.  Up to 12 samples are
-    interpolated by monotone cubics, more are fitted by splines of least squares.
+    interpolated by monotone cubics, more are approximated by least-squares splines.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RETRIES = 3
 """Number of further starts that are tried if none has converged.
 
-With a bound of the spectral radius there are none: other starts are farther from a stable gait than the optimum
+With a bound on the spectral radius there are none: other starts are farther from a stable gait than the optimum
 without the bound.
 """
 
@@ -177,10 +177,10 @@ def _is_new(problem: GaitProblem) -> bool:
 
 
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
-    """Solve a problem from the optimal gait without its bound of the spectral radius."""
+    """Solve a problem from the optimal gait without its bound on the spectral radius."""
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if gait.status is Status.INFEASIBLE:
-        message = f"{gait.solver.message}, even without the bound of the spectral radius"
+        message = f"{gait.solver.message}, even without the bound on the spectral radius"
         return gait.with_failure(gait.status, message, gait.solver.conflicts)
     if not gait.status.ok:
         return gait
@@ -218,7 +218,7 @@ def _solve_open(
     homotopy = homotopy or Homotopy()
     guesses = [_start(problem, number) for number in range(max(starts, 1 + RETRIES))]
     gaits: list[Gait] = []
-    while not _is_finished(gaits, [], starts):
+    while not _is_finished(gaits, [], starts, RETRIES):
         guess = guesses[len(gaits)]
         gaits.append(solve_open_sequence(problem, guess, solver, observer, homotopy=homotopy))
         if len(gaits) == 1 and gaits[0].status in RETRY and gaits[0].status not in INACCURATE:
@@ -238,7 +238,7 @@ def _check_solver(solver: NlpSolver) -> NlpSolver:
     return solver
 
 
-def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int = RETRIES) -> bool:
+def _is_finished(gaits: list[Gait], conclusions: list[Gait], starts: int, retries: int) -> bool:
     """Return whether no further start is tried."""
     if not gaits:
         return False

@@ -1,4 +1,4 @@
-"""The folder of the payload of worker processes, removed at the end or, after a kill, at the next start."""
+"""The folder of the payload of worker processes, removed at the end or, after a termination, at the next start."""
 
 import contextlib
 import os
@@ -16,7 +16,7 @@ LOCK = "owner.lock"
 class PayloadFolder:
     """A temporary folder of this process.
 
-    Folders that processes of the same user have left behind when they were killed are removed first.
+    Folders of terminated processes of the same user are removed first.
 
     Attributes
     ----------

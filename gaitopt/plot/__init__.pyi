@@ -6,10 +6,10 @@ from gaitopt.plot.curve_figure import plot_curves as plot_curves
 from gaitopt.plot.front_figure import plot_front as plot_front
 from gaitopt.plot.gait_figure import plot_gait as plot_gait
 from gaitopt.plot.gait_figure import plot_motion as plot_motion
-from gaitopt.plot.notebook import view_result as view_result
 from gaitopt.plot.optimum_figure import plot_optima as plot_optima
 from gaitopt.plot.ranking_figure import plot_ranking as plot_ranking
 from gaitopt.plot.result_figure import plot_result as plot_result
+from gaitopt.plot.result_view import view_result as view_result
 from gaitopt.plot.robustness_figure import plot_robustness as plot_robustness
 from gaitopt.plot.saving import save_figure as save_figure
 from gaitopt.plot.style import FigureStyle as FigureStyle

@@ -50,7 +50,7 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
     >>> from gaitopt import basin, rimless_wheel
     >>> figure = plot_basin(basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 1.0, 2.0]}))
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
-    ('$\\\\dot{\\\\theta}$ [rad/s]', 'steps until the ending')
+    ('$\\dot{\\theta}$ [rad/s]', 'steps until the ending')
     """
     names = [str(name) for name in table.ending.dims]
     if len(names) > 2:
@@ -88,7 +88,7 @@ def ending_colors(labels: list[str]) -> dict[str, str]:
     Examples
     --------
     >>> ending_colors(["fell", "stick | stick"])
-    {'fell': '0.85', 'stick | stick': '#73b2d6'}
+    {'fell': '0.85', 'stick | stick': '#73b1d5'}
     """
     gaits = [label for label in labels if "|" in label]
     colors = {name: area_color(number) for number, name in enumerate(gaits)}

@@ -114,7 +114,7 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
             axes.plot(*_over_step(gait, read(gait)), **line_style(number), label=name)
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=row == len(rows) - 1)
-    left[-1].set_xlabel("part of the step [%]")
+    left[-1].set_xlabel("fraction of the step [%]")
     left[-1].set_xlim(0, 100)
     figure.align_ylabels(left)
     return left

@@ -25,7 +25,7 @@ CONE_FACE: dict[str, Any] = {"facecolor": CONE, "edgecolor": "0.6", "linewidth":
 def draw_contact_forces(
     axes: "Axes", view: MotionView, phase: PhaseView, sample: int, *, shift: float, height: float
 ) -> None:
-    """Draw the forces on the feet that bear some at a sample of a phase, each in its friction cone.
+    """Draw the nonzero contact forces at a sample of a phase, each in its friction cone.
 
     A force equal to the weight has a length of 0.3 times the height of the walker; cones are as high as that.
 

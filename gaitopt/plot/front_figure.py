@@ -1,4 +1,4 @@
-"""The figure of a trade-off: the cost over each other quantity, with the knee of the front."""
+"""The figure of a front: the cost over each other quantity, with the knee of the front."""
 
 from typing import TYPE_CHECKING
 

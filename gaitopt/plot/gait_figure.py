@@ -30,8 +30,8 @@ NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
 KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
-"""Letters in a line of a key beside its panel, and per inch of the title; lines of a title that have space, and the
-height of each further one [inch]."""
+"""Characters in a line of the legend beside a panel, and per inch of the title; number of lines that fit in the title,
+and height of each further line [inch]."""
 
 EXTRA_ROW = 1.45
 """Height of each panel beyond four [inch]."""

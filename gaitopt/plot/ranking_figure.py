@@ -50,7 +50,7 @@ def plot_ranking(ranking: Ranking, *, style: FigureStyle | None = None) -> "Figu
     >>> from gaitopt.study.sequence_search.ranking import judge_gait, rank_gaits
     >>> ranking = rank_gaits([judge_gait(load("docs/examples/compass_slip.h5"), 5e-3, None)], complete=True)
     >>> [axes.get_xlabel() for axes in plot_ranking(ranking).axes]
-    ['cost of transport', 'part of the step [%]']
+    ['cost of transport', 'fraction of the step [%]']
     """
     gaits = [finding.gait for finding in ranking.findings if finding.ranked and finding.gait is not None]
     if not gaits:
@@ -73,7 +73,7 @@ def plot_ranking(ranking: Ranking, *, style: FigureStyle | None = None) -> "Figu
             modes |= dict.fromkeys(_draw_modes(right, gait, middle))
             bottom += height
         left.set(xlabel=_cost_label(gaits[0]), ylim=(bottom, 0), yticks=[])
-        right.set(xlabel="part of the step [%]", xlim=(0, 100))
+        right.set(xlabel="fraction of the step [%]", xlim=(0, 100))
         for axes in (left, right):
             axes.grid(visible=False)
             axes.spines["left"].set_visible(False)
@@ -83,7 +83,7 @@ def plot_ranking(ranking: Ranking, *, style: FigureStyle | None = None) -> "Figu
 
 
 def _describe(gait: AnyGait, best: AnyGait, letters: int) -> str:
-    """Return the contact sequence and the cost of a gait in lines of at most some letters."""
+    """Return the contact sequence and the cost of a gait in lines of at most `letters` characters."""
     cost, lowest = ranking_cost(gait), ranking_cost(best)
     extra = "" if gait is best else f" (+{100 * (cost / lowest - 1):.2g} %)"
     return textwrap.fill(f"{gait.sequence}: {cost:.4g}{extra}", letters)

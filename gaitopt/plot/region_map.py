@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 EMPTY = "no gait"
-"""Label of points of no kind, which stay white."""
+"""Label of points without a kind, which remain white."""
 
 
 def draw_regions(

@@ -180,7 +180,7 @@ def area_color(number: int) -> str:
     Examples
     --------
     >>> area_color(0)
-    '#73b2d6'
+    '#73b1d5'
     """
     from matplotlib.colors import to_hex, to_rgb
 

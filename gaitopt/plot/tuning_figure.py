@@ -36,7 +36,7 @@ def plot_tuning(tuned: Tuning | TunedGains, *, style: FigureStyle | None = None)
     Returns
     -------
     matplotlib.figure.Figure
-        The unit circle in the complex plane is the border of stability.
+        The unit circle in the complex plane is the stability limit.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     axes.plot(numbers, values, "o", color="0.6", markersize=2.5, label="trial")
     axes.plot(numbers, np.where(np.isfinite(lowest), lowest, np.nan), **line_style(0), label="lowest so far")
     if tuned.objective == "spectral radius":
-        axes.axhline(1, label="border of stability", **FigureStyle.limit_line)
+        axes.axhline(1, label="stability limit", **FigureStyle.limit_line)
         if math.isfinite(tuned.radius_before):
             axes.axhline(tuned.radius_before, label="open loop", linewidth=1, **line_style(1))
     finite = values[np.isfinite(values)]

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from gaitopt.arguments import check_arguments, check_record
+from gaitopt.arguments import check_arguments
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@check_record
+@check_arguments
 @dataclass(frozen=True)
 class PublishedValue:
     """A computed value and the published one.

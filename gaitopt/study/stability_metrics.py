@@ -1,4 +1,4 @@
-"""Stability and recovery of gaits in open loop, as measured in sweeps and trade-offs."""
+"""Stability and recovery of gaits in open loop, as measured in sweeps and fronts."""
 
 import math
 

@@ -24,7 +24,7 @@ def study(most=0.33, least=0.06, deflate=True):  # range of friction; whether fu
 
 
 def _numbers(branches):
-    """Yield the frictions of the special points of Gaits A and B, and of the start of Gait C."""
+    """Yield the friction coefficients of the special points of Gaits A and B, and of the start of Gait C."""
     first, *others = branches
     names = ("Gait B appears", "Gait B changes its contact sequence")
     for name, printed, point in zip(names, ("0.17492", "0.1731"), first.special_of("slip_onset"), strict=True):

@@ -2,7 +2,7 @@
 
 The borders are special points of branches over friction at two slopes, followed over the slope.  In complete slip the
 wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
-border is drawn as far as its special point has the same contact sequence before it.
+border is drawn where the contact sequence before its special point does not change.
 """
 
 import math
@@ -92,7 +92,7 @@ def _remarks(curves):
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
         yield (
-            f"Type {name}: from mu = {first:.4f}, alpha = {np.degrees(low):.2f} deg ({curve.begin}) to "
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.2f} deg ({curve.begin}) to "
             f"mu = {last:.4f}, alpha = {np.degrees(high):.2f} deg ({curve.end})."
         )
 

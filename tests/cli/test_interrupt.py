@@ -77,7 +77,7 @@ def test_an_interrupt_that_became_another_error(monkeypatch, capsys, kind):
 
     monkeypatch.setattr(archive, "load", load)
     with pytest.raises(SystemExit) as stop:
-        main(["show", "gait.h5"])
+        main(["verify", "gait.h5"])
     assert stop.value.code == 130
     assert capsys.readouterr().err.strip() == "Interrupted; nothing was written."
 
@@ -90,7 +90,7 @@ def test_a_mistake_after_an_interrupt_is_told(monkeypatch, capsys):
 
     monkeypatch.setattr(archive, "load", load)
     with pytest.raises(SystemExit) as stop:
-        main(["show", "gait.h5"])
+        main(["verify", "gait.h5"])
     assert stop.value.code == 2
     assert "No space left" in capsys.readouterr().err
 
@@ -101,7 +101,7 @@ def test_an_error_without_an_interrupt_is_raised(monkeypatch):
 
     monkeypatch.setattr(archive, "load", load)
     with pytest.raises(TypeError, match="our mistake"):
-        main(["show", "gait.h5"])
+        main(["verify", "gait.h5"])
 
 
 def test_before_the_solve(script, folder):

@@ -17,10 +17,12 @@ from rich.text import Text
 import gaitopt
 from gaitopt import Collocation, assess_stability, load, load_diagram, rimless_wheel, solve
 from gaitopt.cli import (
+    audit_command,
     design_command,
     feedback_output,
     impact_command,
     listing,
+    multistep_output,
     output,
     pareto_command,
     planar_walk_output,
@@ -252,7 +254,29 @@ def family():
     design_command._print_family(result)
 
 
+def audit():
+    row = {"result": "false_pass", "script": "monopod [s]", "settings": ["speed=1 [m/s]"], "reason": "wrong [m]"}
+    audit_command._print_audit(audit_command.summarise_audit({"0": row}) | {"lost": {}}, {"0": row})
+
+
+def multistep():
+    names = ("friction", "slope", "step_length", "duration", "objective")
+    step = {"sequence": "stick | stick [s]"} | dict.fromkeys(names, 0.1)
+    several = types.SimpleNamespace(
+        problem=types.SimpleNamespace(name="walk [m]"),
+        status=Status.SOLVED,
+        message="done [s]",
+        iterations=3,
+        objective=1.0,
+        verification=None,
+        summarise=lambda: {"steps": [step]},
+    )
+    multistep_output.print_multistep(several)
+
+
 TABLES = {
+    "_print_audit": audit,
+    "print_multistep": multistep,
     "_print_family": family,
     "print_optima": optima,
     "print_diagram": diagram,

@@ -37,7 +37,7 @@ def test_show_states_the_problem_of_a_script(command, root):
 def test_show_rejects_settings_of_a_file(command, slip_file):
     run = command("show", slip_file, "--set", "friction=0.2")
     assert run.status == 2
-    assert "is no script ending in .py" in run.err
+    assert "is not a script ending in .py" in run.err
 
 
 def test_verify_does_not_change_the_file(command, slip_file, folder):

@@ -126,7 +126,7 @@ def test_the_summary_is_plain(result):
     [
         (([PROBLEM],), "at least two problems, got 1"),
         (([PROBLEM, PROBLEM.replace(free={})],), "must have the same free parameters"),
-        (([PROBLEM.replace(free={})] * 2,), "at least one: problem 1"),
+        (([PROBLEM.replace(free={})] * 2,), "at least one free parameter; problem 1"),
         (([PROBLEM, PROBLEM], [1, -1]), "weights of a Family must be 2 positive numbers"),
         (([PROBLEM, PROBLEM], [1]), "weights of a Family must be 2 positive numbers"),
         (([PROBLEM, rimless_wheel()],), "problem 2 of a Family must be a GaitProblem"),

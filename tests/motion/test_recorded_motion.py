@@ -67,7 +67,7 @@ def test_opensim_files_state_their_unit(recorded, tmp_path, unit):
     again = read_motion(path, compass_biped(), columns={"th1": "hip_r"})
     assert again.q == pytest.approx(recorded.q, abs=1e-9)
     assert again.time[0] == 0
-    with pytest.raises(InputError, match=r"no column of the coordinate 'th1'. Known: hip_r. Another column is stated"):
+    with pytest.raises(InputError, match=r"no column of the coordinate 'th1'. Known: hip_r. State the column by"):
         read_motion(path, compass_biped())
 
 
@@ -102,7 +102,7 @@ def test_the_place_of_a_misfit_and_doubtful_units_are_reported(recorded, tmp_pat
     fit = read_motion(path, compass_biped(), pieces=8).fit
     assert fit.coordinates[1].place == pytest.approx(0.75)
     assert "th1 reaches 8.4" in str(fit)
-    assert "if these are degrees" in str(fit)
+    assert "if the values are in degrees" in str(fit)
     part = read_motion(path, compass_biped(), span=(0.1, 0.3), pieces=2).fit
     assert part.duration == pytest.approx(0.2, abs=0.02)
 
@@ -136,7 +136,7 @@ def test_planar_robots_have_lengths_and_angles(tmp_path):
     ("text", "match"),
     [
         ("time_s,th1_rad\n0,1\n1,2\n", "no column of the coordinate 'th2'"),
-        ("th1_rad,th2_rad\n0,1\n1,2\n", "no column of the time"),
+        ("th1_rad,th2_rad\n0,1\n1,2\n", "no column with the time"),
         ("time_s,th1_rad,th2_rad\n1,1,1\n0,2,1\n", "the time must increase"),
         ("time_s,th1_rad,th2_rad\n0,1,1\n1,nan,1\n", "the values of th1 must be finite"),
         ("time_s,th1_rad,th1_rad\n0,1,1\n", "must be different"),

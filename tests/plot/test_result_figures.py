@@ -159,7 +159,7 @@ def test_tuned_gains_show_the_search_and_the_multipliers(results):
     search, plane = plot_tuning(results["tuned gains"]).axes
     lowest = next(line for line in search.lines if line.get_label() == "lowest so far")
     assert lowest.get_ydata().tolist() == [0.8, 0.8, 0.5, 0.5]
-    assert {line.get_label() for line in search.lines} >= {"open loop", "border of stability"}
+    assert {line.get_label() for line in search.lines} >= {"open loop", "stability limit"}
     assert sorted(plane.lines[-1].get_ydata()) == [-0.4, 0.4]
 
 

@@ -34,7 +34,7 @@ MOST_ELASTIC_ITERATIONS = 300
 """Largest number of iterations of an elastic solve: a compass with double support takes 192."""
 
 RETRY = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
-"""Statuses after which a motion that satisfies all limits is searched."""
+"""Statuses after which a motion that satisfies all limits is sought."""
 
 
 class PlanarElastic(ElasticLimits):

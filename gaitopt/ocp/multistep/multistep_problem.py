@@ -78,7 +78,7 @@ class MultiStepProblem:
                     "the same robot with the same parameters."
                 )
             if len(set(step.slope_range)) > 1:
-                raise InputError(f"steps[{number}] has a free slope; steps of a multi-step gait need a fixed slope.")
+                raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
         if (self.start is None) is not (self.end is None):
             raise InputError("start and end must both be stated, or both be None for a gait that repeats.")
         for name in ("start", "end"):

@@ -1,4 +1,4 @@
-"""The bound of the spectral radius as the reason of a failure, if a gait without this bound is known."""
+"""The bound on the spectral radius as the reason of a failure, if a gait without this bound is known."""
 
 import math
 
@@ -16,7 +16,7 @@ from gaitopt.ocp.solution.conflict_search import SAFETY_FACTOR
 
 
 def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait) -> Gait:
-    """Return a failure that names the bound of the spectral radius, with the radius of a gait without this bound.
+    """Return a failure that names the bound on the spectral radius, with the radius of a gait without this bound.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait)
         unit="1",
         separable=True,
     )
-    message = f"{failure.solver.message}; the optimum without the bound of the spectral radius has one of {radius:.3g}"
+    message = f"{failure.solver.message}; the optimum without the bound has a spectral radius of {radius:.3g}"
     return failure.with_failure(failure.status, message, (conflict,))
 
 

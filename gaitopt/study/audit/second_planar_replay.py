@@ -1,4 +1,4 @@
-"""A second replay of gaits with several contacts: an integrator of SciPy, and Coulomb's law by hand.
+"""A second replay of gaits with several contacts: SciPy's integrator and separate contact equations.
 
 Only the symbolic equations of the robot are shared with the simulator: mass matrix, bias and actuation, gaps and their
 Jacobians.  Contact forces, contact modes, event location and impacts are computed here.  Closed contacts of one body
@@ -56,7 +56,7 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
     robot = gait.robot
     if robot.switches or any(entry.is_stop for entry in robot.contacts):
         raise GaitoptError(
-            f"The second replay supports no joint stops and switched springs, as robot {robot.name} has."
+            f"The second replay does not support joint stops and switched springs, which robot {robot.name} has."
         )
     return _Period(gait).run()
 

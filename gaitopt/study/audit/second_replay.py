@@ -1,4 +1,4 @@
-"""A second replay of gaits in single support: the mass matrix, an integrator of SciPy, and Coulomb's law by hand.
+"""A second replay of gaits in single support: mass matrix, SciPy's integrator, separate contact equations.
 
 Only the symbolic equations of the robot are shared with the simulator: mass matrix, bias and actuation, the landing
 foot with its Jacobian, the touchdown guard and the leg exchange.  Contact forces, contact modes, event location and the

@@ -79,7 +79,7 @@ class GaitLibrary:
         return ContactSequence.parse(self.sequence).phases
 
     def motion_at(self, **coordinates: float) -> Motion:
-        """Return the interpolated step, from which laws are made like from a gait: ``feedforward(robot, motion)``.
+        """Return the interpolated step, from which laws are designed as from a gait: ``feedforward(robot, motion)``.
 
         Parameters
         ----------
@@ -126,7 +126,7 @@ class GaitLibrary:
             if name not in self.axes:
                 raise InputError(f"The library has no axis {name!r}. {suggest(name, self.axes)}")
         if set(coordinates) != set(self.axes):
-            raise InputError(f"A place in the library needs a value for {', '.join(self.axes)}.")
+            raise InputError(f"A point of the library needs a value for {', '.join(self.axes)}.")
         ends = []
         for name, values in self.axes.items():
             unit, low, high = self.units[name], float(values[0]), float(values[-1])

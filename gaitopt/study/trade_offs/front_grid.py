@@ -173,7 +173,7 @@ class FrontGrid:
         return best(self._continue(problem, gaits) or solve_cold(skip_refinement(problem), self.ends.starts))
 
     def _solve_last(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
-        """Return the better gait of both ends, or one continued from a neighbour whose gaits or own ones differ."""
+        """Return the better gait of both ends, or one continued from a neighbour if both ends differ in cost."""
         known, others = [gait for gait in gaits[:2] if gait is not None], gaits[2:]
         neighbours = [others[i : i + 3] for i in range(0, len(others), 3)]
         if _have_same_cost(gaits[:2]) and all(map(_have_same_cost, neighbours)):

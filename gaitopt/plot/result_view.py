@@ -20,7 +20,7 @@ WIDTH = 6.0
 def view_result(result: Any) -> str:
     """Return a result as HTML for a notebook: its short form, the numbers of a design, and its figure.
 
-    A dataset that gaitopt did not make has its own view.
+    A dataset of another origin is displayed by xarray.
 
     Parameters
     ----------
