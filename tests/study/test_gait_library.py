@@ -113,3 +113,8 @@ def test_the_command_exports_a_library_and_reports_its_errors(swept, tmp_path, m
     assert stop.value.code == 0
     assert "2 cells, 0 of them with another contact sequence" in capsys.readouterr().out
     assert "def step_at(" in (tmp_path / "speeds.py").read_text(encoding="utf-8")
+    for options in (["--law", "lqr"], ["--gain", "10"], ["--torque-limit", "5"]):
+        with pytest.raises(SystemExit) as stop:
+            main(["export", str(swept), "-o", str(tmp_path / "law.py"), *options])
+        assert stop.value.code == 2, options
+    assert not (tmp_path / "law.py").exists()
