@@ -23,6 +23,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.errors import InputError
 
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
 """Content of the files that export writes, by their suffix."""
@@ -147,6 +148,16 @@ def export_library(file: Path, output: Path, sequence: str | None, *, quiet: boo
     return written
 
 
+def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
+    """Raise InputError if an option of the command export does not apply to its file."""
+    if file.suffix == ".nc" and states_law:
+        raise InputError(
+            f"{file} is a sweep, whose gaits have no law: --law and its options do not apply."
+        )
+    if file.suffix != ".nc" and sequence is not None:
+        raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
+
+
 def export(
     file: GaitFile,
     output: Annotated[
@@ -178,6 +189,7 @@ def export(
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """
+    _check_options(file, sequence, law != OPEN_LOOP or bool(gain or torque_limit or stance_angle or problem))
     if file.suffix == ".nc":
         report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
         return

@@ -54,6 +54,10 @@ def _draw(result: Any) -> str | None:
         figure = plot_result(shown, style=FigureStyle(width=WIDTH, titled=False))
     except InputError:  # such as a sweep in which no point has a gait
         return None
+    except (AttributeError, KeyError, TypeError, ValueError):
+        if hasattr(result, "data_vars"):  # a part of a dataset, without some variables or dimensions
+            return None
+        raise
     return _to_svg(figure)
 
 

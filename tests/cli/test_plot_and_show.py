@@ -1,7 +1,9 @@
 """plot and show accept files of every kind, and push stores its result."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from gaitopt import basin, load_basin, rimless_wheel
@@ -35,6 +37,8 @@ def test_files_of_each_kind_are_drawn_and_printed(command, folder, root, record)
 
 def test_stored_results_are_the_same(folder, record):
     assert load_robustness(folder / "push.json") == load_result(folder / "push.json") == record
+    unknown = save_robustness(replace(record, radius=float("nan")), folder / "unknown.json")
+    assert np.isnan(load_robustness(unknown).radius)
     table = basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]}, path=folder / "basin.nc")
     assert load_result(folder / "basin.nc").identical(load_basin(folder / "basin.nc"))
     assert table.identical(load_basin(folder / "basin.nc"))

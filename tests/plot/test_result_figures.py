@@ -216,8 +216,8 @@ def test_a_notebook_shows_results_with_their_figures(results):
     front = view_result(results["front"])
     assert "<svg" in front
     assert "xarray" in front
-    foreign = xr.Dataset({"a": 1.0})
-    assert view_result(foreign).count("<svg") == foreign._repr_html_().count("<svg")
+    for other in (xr.Dataset({"a": 1.0}), results["sweep"].isel(sequence=0), results["sweep"][["objective"]]):
+        assert view_result(other).count("<svg") == other._repr_html_().count("<svg")
 
 
 def test_every_displayed_class_exists():

@@ -6,6 +6,7 @@ import pytest
 from gaitopt import Collocation, InputError, feedforward, sweep
 from gaitopt.export import write_library
 from gaitopt.study import load_library, load_sweep_gait, measure_library
+from gaitopt.study.libraries.library_errors import CellError, LibraryErrors
 from tests.study.conftest import quick_problem
 
 SPEEDS, LENGTHS = [0.60, 0.62, 0.64], [0.45, 0.46]
@@ -59,6 +60,8 @@ def test_the_error_in_the_middle_is_of_second_order(library, grid_problem):
     for name in ("torque", "state"):
         assert coarse.largest(name) / fine.largest(name) == pytest.approx(4, rel=0.3)
     assert "largest difference of the angles from the optimum" in str(fine)
+    failed = LibraryErrors((*fine.cells, CellError(place={}, sequence="", state=0.1)), fine.sequence)
+    assert f"angles from the optimum: {fine.largest('angle'):.3g} rad, without 1 cells" in str(failed)
 
 
 def test_exported_code_interpolates_alike(library, tmp_path, rng):
@@ -110,3 +113,8 @@ def test_the_command_exports_a_library_and_reports_its_errors(swept, tmp_path, m
     assert stop.value.code == 0
     assert "2 cells, 0 of them with another contact sequence" in capsys.readouterr().out
     assert "def step_at(" in (tmp_path / "speeds.py").read_text(encoding="utf-8")
+    for options in (["--law", "lqr"], ["--gain", "10"], ["--torque-limit", "5"]):
+        with pytest.raises(SystemExit) as stop:
+            main(["export", str(swept), "-o", str(tmp_path / "law.py"), *options])
+        assert stop.value.code == 2, options
+    assert not (tmp_path / "law.py").exists()

@@ -97,8 +97,14 @@ class LibraryErrors:
             ("torque", "N m", "difference of the torques from the optimum"),
             ("cost", "1", "difference of the cost of transport from the optimum"),
         ):
-            if not np.isnan(self.largest(name)):
-                lines.append(f"largest {meaning}: {self.largest(name):.3g} {unit}")
+            known = [cell for cell in self.cells if not np.isnan(getattr(cell, name))]
+            if known:
+                largest, missing = (
+                    LibraryErrors(tuple(known), self.sequence).largest(name),
+                    len(self.cells) - len(known),
+                )
+                where = f", without {missing} cells without an optimum" if missing else ""
+                lines.append(f"largest {meaning}: {largest:.3g} {unit}{where}")
         return "\n".join(lines)
 
 

@@ -114,7 +114,7 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
             raise ValueError(f"it contains {facts['format']} of version {facts['format_version']}")
         return RobustnessRecord(
             law=str(facts["law"]),
-            radius=float(facts["radius"]),
+            radius=math.nan if facts["radius"] is None else float(facts["radius"]),
             steps=int(facts["steps"]),
             margins=tuple(RobustnessMargins(**margin) for margin in facts["margins"]),
             recoveries={str(name): _read_recovery(part) for name, part in facts["recoveries"].items()},

@@ -80,7 +80,8 @@ def sweep(
     measures : sequence of str or GaitMetric, optional
         Further columns: ``"stability"`` (spectral radius, multipliers and stability in open loop), ``"recovery"`` (the
         largest ball of pushes from which the walker returns, in open loop), and any metric.  They can be added to a
-        file later: its gaits are not solved again.
+        file later: its gaits are not solved again.  A measure that the file contains is not evaluated again either, so
+        a metric that has changed needs another name.
     starts : int
         Number of starts at points without a neighbour to start from.
     execution : Execution, optional
