@@ -79,13 +79,14 @@ class PlanarElastic(ElasticLimits):
             return math.nan  # friction also determines how the contacts slide
         g = np.asarray(self.transcription.nlp.derivatives["jac_g"](x, self._data)[0]).ravel()
         forward, backward = (
-            g[np.concatenate([rows.find(kind) for kind in kinds])]
+            np.concatenate([rows.find(kind) for kind in kinds])
             for kinds in (
-                (Kind.CONE_FORWARD, Kind.IMPACT_CONE_FORWARD),
-                (Kind.CONE_BACKWARD, Kind.IMPACT_CONE_BACKWARD),
+                (Kind.CONE_FORWARD, Kind.IMPACT_CONE_FORWARD, Kind.LIFT_OFF_FORWARD),
+                (Kind.CONE_BACKWARD, Kind.IMPACT_CONE_BACKWARD, Kind.LIFT_OFF_BACKWARD),
             )
         )
-        return friction_of_cones(self.problem.friction, forward, backward)
+        bounded = np.isfinite(self.transcription.row_bounds[0][forward])  # lift-off: in the last interval only
+        return friction_of_cones(self.problem.friction, g[forward[bounded]], g[backward[bounded]])
 
 
 def conclude_planar_failure(
@@ -113,7 +114,9 @@ def conclude_planar_failure(
     """
     started = time.perf_counter()
     tolerance = max(solver.tolerance, ELASTIC_TOLERANCE)
-    limited = evolve(solver, permute=False, tolerance=tolerance, max_iterations=MOST_ELASTIC_ITERATIONS)
+    limited = evolve(
+        solver, permute=False, tolerance=tolerance, max_iterations=min(solver.max_iterations, MOST_ELASTIC_ITERATIONS)
+    )
     elastic = PlanarElastic(problem, limited, observer)
     try:
         nearest = elastic.minimise_excess()
