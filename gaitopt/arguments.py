@@ -30,6 +30,10 @@ MOST_ITEMS = 1000
 _ARRAYS = (np.ndarray, NDArray)
 """Types of arrays; NDArray is an alias of np.ndarray before NumPy 2.5, and another type since then."""
 
+_PLAIN = (str, float, int, bool, type(None))
+MOST_KEYS = 1000
+"""Number of combinations of plain arguments of a record that are remembered as valid."""
+
 _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
 
 
@@ -106,6 +110,8 @@ def check_record(target: F) -> F:
 
 
 def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> Callable[..., Any]:
+    valid: set[tuple[Any, ...]] = set()  # keys of arguments that fit: a solve makes the same records again and again
+
     @functools.wraps(function)
     def call(*arguments: Any, **options: Any) -> Any:
         try:
@@ -116,11 +122,24 @@ def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> C
             if wrong is None:
                 raise
             raise ArgumentError(wrong) from error
-        if always and (wrong := _find_wrong_argument(function, name, arguments, options, numbers=True)):
-            raise ArgumentError(wrong)
+        key = _key_of(arguments[1:], options) if always else None
+        if always and (key is None or key not in valid):
+            wrong = _find_wrong_argument(function, name, arguments, options, numbers=True)
+            if wrong is not None:
+                raise ArgumentError(wrong)
+            if key is not None and len(valid) < MOST_KEYS:
+                valid.add(key)
         return result
 
     return call
+
+
+def _key_of(arguments: tuple[Any, ...], options: dict[str, Any]) -> tuple[Any, ...] | None:
+    """Return a key of plain arguments, types included; None if one of them is of another type."""
+    names_and_values = (*enumerate(arguments), *options.items())
+    if all(type(value) in _PLAIN for _, value in names_and_values):
+        return tuple((name, type(value), value) for name, value in names_and_values)
+    return None
 
 
 def _find_wrong_argument(

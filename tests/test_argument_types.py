@@ -92,3 +92,11 @@ def test_records_check_their_arguments_when_they_are_made(name):
 def test_numbers_are_expressions():
     assert PointMass(2, ca.DM([0, 1])).mass == 2
     assert Spring(ca.SX.sym("q"), 5.0, np.float64(0.1)).stiffness == 5.0
+
+
+def test_arguments_that_fitted_before_are_compared_again_if_their_type_differs():
+    """1 == 1.0 == True, and only the first two are numbers."""
+    Parameter("mass", 1.0, "kg", "")
+    Parameter("mass", 1, "kg", "")
+    with pytest.raises(InputError, match="Parameter: default must be a number, got True"):
+        Parameter("mass", True, "kg", "")
