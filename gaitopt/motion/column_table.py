@@ -44,7 +44,9 @@ def read_columns(path: Path) -> ColumnTable:
     """
     suffix = path.suffix.lower()
     if suffix not in _READERS:
-        raise InputError(f"{path} has the suffix {suffix!r}; a recorded motion ends in {', '.join(_READERS)}.")
+        raise InputError(
+            f"{path} has the suffix {suffix!r}; a recorded motion ends in {', '.join(_READERS)}, a gait in .h5."
+        )
     if not path.is_file():
         raise ArchiveError(f"There is no file {path}.")
     table = _READERS[suffix](path)

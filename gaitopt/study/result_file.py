@@ -77,7 +77,7 @@ def _load_json(path: Path) -> Any:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         loader = JSON_LOADERS[content["format"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError):
         kinds = ", ".join(f"'{name}'" for name in JSON_LOADERS)
-        raise ArchiveError(f"{path} is not a JSON file of {kinds}: {type(error).__name__}: {error}.") from None
+        raise ArchiveError(f"{path} is not a JSON file of {kinds}, or is damaged.") from None
     return _load(loader, path)

@@ -1,5 +1,7 @@
 """The command audit: its table, its file, and what it resumes."""
 
+import pytest
+
 from gaitopt.cli import audit_problems
 
 
@@ -24,3 +26,12 @@ def test_an_audit_is_resumed(command, folder, monkeypatch):
     other = command("audit", "--count", "3", "--seed", "4", "-o", "audit.json")
     assert (other.status, "another seed" in other.err) == (2, True)
     assert [path.name for path in folder.iterdir()] == ["audit.json"]
+
+
+@pytest.mark.parametrize(("output", "message"), [("a.txt", "Use .json (audit)"), ("nope/a.json", "does not exist")])
+def test_a_file_that_cannot_be_written_is_refused_before_the_work(command, folder, output, message):
+    run = command("audit", "--count", "1", "-o", output)
+    assert run.status == 2
+    assert run.err.startswith(f"Error: Cannot write {output}")
+    assert message in run.err
+    assert [*folder.iterdir()] == []

@@ -120,22 +120,22 @@ def conclude_planar_failure(
     elastic = PlanarElastic(problem, limited, observer)
     try:
         nearest = elastic.minimise_excess()
-        found = () if elastic.is_feasible(nearest) or not nearest.status.ok else elastic.find_conflicts(nearest)
+        conflicts = () if elastic.is_feasible(nearest) or not nearest.status.ok else elastic.find_conflicts(nearest)
     except KeyboardInterrupt:
         return failure.replace_fields(status=Status.INTERRUPTED)
-    if isinstance(found, ElasticResult):
-        nearest, found = found, ()
+    if isinstance(conflicts, ElasticResult):
+        nearest, conflicts = conflicts, ()
     if elastic.is_feasible(nearest):
         guess = FromPlanarGait(failure.replace_fields(motion=elastic.motion(nearest)))
         gait = solve_once(problem.replace(guess=guess))
         return gait if gait.status.ok or gait.status is Status.INTERRUPTED else failure
     if nearest.status is Status.INTERRUPTED:
         return failure.replace_fields(status=Status.INTERRUPTED)
-    if not found:
+    if not conflicts:
         return failure
     report = failure.solver.replace_fields(
         message="no gait found near the start: the least excess over the limits is not zero",
-        conflicts=found,
+        conflicts=conflicts,
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)
