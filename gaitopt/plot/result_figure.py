@@ -98,7 +98,7 @@ Tuning, TunedGains, RobustnessRecord or xarray.Dataset
     if quantity is not None:
         if function not in QUANTITIES:
             raise InputError(
-                f"The quantity {quantity!r} does not apply: it is chosen for sweeps and diagrams of periodic gaits only."
+                f"The quantity {quantity!r} is not available: only sweeps and diagrams of periodic gaits have one."
             )
         options[QUANTITIES[function]] = quantity
     draw = getattr(import_module(f"gaitopt.plot.{module}"), function)
