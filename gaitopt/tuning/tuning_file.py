@@ -1,6 +1,5 @@
 """Files of tuned gains in JSON."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,16 +8,15 @@ from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
-from gaitopt.errors import ArchiveError, InputError
+from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.atomic import check_suffix, write_atomically
+from gaitopt.motion.atomic import check_suffix
+from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
-from gaitopt.motion.summary import plain
 from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
 from gaitopt.tuning.record import Trial, Tuning
-from gaitopt.version import __version__
 
-FORMAT, VERSION = "gaitopt tuned gains", 1
+KIND = "gaitopt tuned gains", 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,9 +117,6 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     check_suffix(path, {".json": "tuned gains"})
     limit = tuned.settings.torque_limit
     facts = {
-        "format": FORMAT,
-        "format_version": VERSION,
-        "gaitopt": __version__,
         "law": tuned.family,
         "gains": {**tuned.settings.fixed, **tuned.gains},
         "tuned": list(tuned.gains),
@@ -138,10 +133,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         },
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
-    text = json.dumps(plain(facts), indent=1, allow_nan=False)
-    with write_atomically(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
-    return path
+    return write_json(facts, path, KIND)
 
 
 @check_arguments
@@ -165,10 +157,7 @@ def load_tuning(path: str | Path) -> TunedGains:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"There is no file {path} with tuned gains.")
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-        if facts["format"] != FORMAT or facts["format_version"] > VERSION:
-            raise ValueError(f"it contains {facts['format']} of version {facts['format_version']}")
+    with read_json(path, KIND, "gaitopt tune -o") as facts:
         return TunedGains(
             family=str(facts["law"]),
             gains={str(name): float(value) for name, value in facts["gains"].items()},
@@ -182,11 +171,6 @@ def load_tuning(path: str | Path) -> TunedGains:
             multipliers=tuple(complex(*parts) for parts in facts["multipliers"]),
             trials=tuple(Trial(trial["gains"], _finite_or_inf(trial["objective"])) for trial in facts["trials"]),
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ArchiveError(
-            f"Cannot read tuned gains from {path}: expected the format '{FORMAT}', version {VERSION}, which "
-            f"'gaitopt tune -o' writes; {type(error).__name__}: {error}."
-        ) from None
 
 
 def _finite_or_inf(value: Any) -> float:

@@ -128,6 +128,11 @@ def test_results_are_stored_and_resumed(tmp_path):
     assert list(AuditFile(path, 1, None)) == ["0", "1"]
     with pytest.raises(InputError, match="another seed or number of starts"):
         AuditFile(path, 2, None)
-    path.write_text(json.dumps({"kind": "gaitopt audit", "seed": 1, "starts": None, "problems": {"0": 3}}))
-    with pytest.raises(ArchiveError, match="is not a file of an audit"):
+    head = {"format": "gaitopt audit", "format_version": 1, "seed": 1, "starts": None}
+    for damaged in ({"0": 3}, [], None):
+        path.write_text(json.dumps(head | {"problems": damaged}))
+        with pytest.raises(ArchiveError, match="expected the format 'gaitopt audit', version 1"):
+            AuditFile(path, 1, None)
+    path.write_text(json.dumps(head | {"format_version": 2, "problems": {}}))
+    with pytest.raises(ArchiveError, match="it contains gaitopt audit of version 2"):
         AuditFile(path, 1, None)

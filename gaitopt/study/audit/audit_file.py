@@ -1,17 +1,15 @@
 """Files of audits: the result of each problem as JSON, stored when it is finished."""
 
-import json
 import time
 from collections.abc import Iterator, MutableMapping
 from pathlib import Path
 from typing import Any
 
-from gaitopt.errors import ArchiveError, InputError
-from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.summary import plain
+from gaitopt.errors import InputError
+from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.versions import versions
 
-KIND = "gaitopt audit"
+KIND = "gaitopt audit", 1
 
 PERIOD = 2.0
 """Least time between two writes [s]."""
@@ -71,19 +69,16 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
         self._written = time.monotonic()
         if self._path is not None:
             problems = dict(sorted(self._problems.items(), key=lambda item: int(item[0])))
-            data = {"kind": KIND, **self._settings, "versions": versions(), "problems": problems}
-            with write_atomically(self._path) as part:
-                part.write_text(json.dumps(plain(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+            write_json({**self._settings, "versions": versions(), "problems": problems}, self._path, KIND)
 
 
 def _read(path: Path, settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the results in a file."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        same = data["kind"] == KIND and {name: data[name] for name in settings} == settings
-        problems = {str(int(key)): {**value, "result": str(value["result"])} for key, value in data["problems"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        raise ArchiveError(f"{path} is not a file of an audit, or is damaged; choose another file.") from None
+    with read_json(path, KIND, "gaitopt audit -o") as facts:
+        same = {name: facts[name] for name in settings} == settings
+        problems = {
+            str(int(key)): {**value, "result": str(value["result"])} for key, value in facts["problems"].items()
+        }
     if not same:
         raise InputError(f"{path} contains an audit with another seed or number of starts; choose another file.")
     return problems

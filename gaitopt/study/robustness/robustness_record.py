@@ -1,7 +1,6 @@
 """The record of a push test: robustness margins of a controlled gait, and its recovery from pushes, as a JSON file."""
 
 import dataclasses
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import ArchiveError
-from gaitopt.motion.atomic import check_suffix, write_atomically
-from gaitopt.motion.summary import plain
+from gaitopt.motion.atomic import check_suffix
+from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.stability.recovery import Recovery
 from gaitopt.study.robustness.robustness_margins import RobustnessMargins
-from gaitopt.version import __version__
 
-FORMAT, VERSION = "gaitopt push test", 1
+KIND = "gaitopt push test", 1
 
 
 @check_arguments
@@ -83,10 +80,7 @@ def save_robustness(record: RobustnessRecord, path: str | Path) -> Path:
     """
     path = Path(path)
     check_suffix(path, {".json": "push test"})
-    facts = {"format": FORMAT, "format_version": VERSION, "gaitopt": __version__, **dataclasses.asdict(record)}
-    with write_atomically(path) as temporary:
-        temporary.write_text(json.dumps(plain(facts), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return path
+    return write_json(dataclasses.asdict(record), path, KIND)
 
 
 @check_arguments
@@ -105,13 +99,7 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.json.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-        if facts["format"] != FORMAT or facts["format_version"] > VERSION:
-            raise ValueError(f"it contains {facts['format']} of version {facts['format_version']}")
+    with read_json(Path(path), KIND, "gaitopt push -o") as facts:
         return RobustnessRecord(
             law=str(facts["law"]),
             radius=math.nan if facts["radius"] is None else float(facts["radius"]),
@@ -119,11 +107,6 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
             margins=tuple(RobustnessMargins(**margin) for margin in facts["margins"]),
             recoveries={str(name): _read_recovery(part) for name, part in facts["recoveries"].items()},
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ArchiveError(
-            f"Cannot read a push test from {path}: expected the format '{FORMAT}', version {VERSION}, which "
-            f"'gaitopt push -o' writes; {type(error).__name__}: {error}."
-        ) from None
 
 
 def _read_recovery(facts: Any) -> Recovery | None:
