@@ -1,8 +1,9 @@
 """Rimless wheel: regions of its gait types A to D in the plane of slope and friction.
 
-The borders are special points of branches over friction at two slopes, followed over the slope.  In complete slip the
-wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
-border is drawn where the contact sequence before its special point does not change.
+The borders are special points of branches over friction at three slopes, followed over the slope.  In complete slip
+the wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
+border consists of curves between points of codimension two, at which the contact sequence before the special point
+changes.
 """
 
 import math
@@ -18,15 +19,15 @@ from gaitopt.continuation import trace_curve
 from gaitopt.study import PublishedValue, Reproduction
 
 BORDERS = {
-    "A and B": ("slip_onset", GAIT_STYLE["B"]["color"]),
-    "B and C": ("impact_cone", GAIT_STYLE["C"]["color"]),
-    "C and D": ("loss_of_stick", GAIT_STYLE["D+"]["color"]),
-    "D, lifts off": ("lift_off", "0.45"),
-    "D, does not roll over": ("roll_over", "0.2"),
+    "A and B": (("slip_onset",), GAIT_STYLE["B"]["color"]),
+    "B and C": (("impact_cone",), GAIT_STYLE["C"]["color"]),
+    "C and D": (("loss_of_stick", "event_coincidence"), GAIT_STYLE["D+"]["color"]),
+    "D, lifts off": (("lift_off",), "0.45"),
+    "D, does not roll over": (("roll_over",), "0.2"),
 }
-"""Kind of special point and colour of each border."""
+"""Kinds of special points and colour of each border."""
 
-STARTS = ((13.0, tuple(BORDERS)), (6.0, ("B and C", "C and D")))
+STARTS = ((13.0, tuple(BORDERS)), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
 
 
 def study(
@@ -55,7 +56,7 @@ def _trace_borders(slope, names, ends, frictions):
     diagram = trace(problem, {"friction": frictions})
     for name in names:
         for number, branch in enumerate(diagram.branches[:2]):
-            places = [place for place, point in enumerate(branch.special) if point.kind.key == BORDERS[name][0]]
+            places = [place for place, point in enumerate(branch.special) if point.kind.key in BORDERS[name][0]]
             places = places[:1] if name == "A and B" else places[-1:]
             for place in places:
                 yield name, trace_curve(problem, diagram, ends, branch=number, special=place)
