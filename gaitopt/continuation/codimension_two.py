@@ -18,7 +18,7 @@ from gaitopt.motion.motion import Array
 
 SAMPLES = 3
 """Number of points of each curve."""
-DEPTHS = (0.2, 0.03)
+DEPTHS = (0.2, 0.03, 0.004)
 """Distance of the parallels from the tangent, relative to the distance of the samples of the curve, in order."""
 REDUCTION = 0.2
 """Ratio of the distances of the samples in successive locations."""

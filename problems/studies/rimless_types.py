@@ -6,6 +6,7 @@ border consists of curves between points of codimension two, at which the contac
 changes.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -75,7 +76,16 @@ def _label(axes, limits, frictions):
 
 
 def _numbers(curves):
-    """Yield the differences of borders from closed forms."""
+    """Yield the differences of borders from closed forms, and the distances of the ends at which their curves meet."""
+    for name in ("B and C", "C and D"):
+        parts = sorted(
+            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_left
+        )
+        for left, right in itertools.pairwise(parts):
+            place = f"{np.degrees(right[0, 1]):.4f} deg"
+            yield PublishedValue(
+                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, CLOSED_FORM
+            )
     for name, curve in curves:
         friction, slope = curve.values.T
         middle = f"{np.degrees(slope.min()):.1f} to {np.degrees(slope.max()):.1f} deg"
@@ -88,13 +98,18 @@ def _numbers(curves):
             yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
 
 
+def _left(values):
+    """Return the least slope of a border."""
+    return values[0, 1]
+
+
 def _remarks(curves):
     """Yield how each border ends."""
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
         yield (
-            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.2f} deg ({curve.begin}) to "
-            f"mu = {last:.4f}, alpha = {np.degrees(high):.2f} deg ({curve.end})."
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({curve.begin}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({curve.end})."
         )
 
 

@@ -92,8 +92,8 @@ def test_invalid_requests_are_named(wheel, diagram, second, special, message):
 
 
 def test_curves_end_where_they_meet():
-    # A slip begins at the touchdown (slip onset) exactly where the touchdown begins to slip (impact cone): the border of
-    # Types B and C is one curve on each side of this point, from different branches.
+    # A slip begins exactly at a touchdown that begins to slip: the border of Types B and C is one curve on each side of
+    # this point, from different branches.
     low, high, ends = math.radians(11.13), math.radians(11.15), []
     for slope in (low, high):
         at = WalkProblem(robot=rimless_wheel(), parameters={"slope": slope})
@@ -102,6 +102,6 @@ def test_curves_end_where_they_meet():
         assert [curve.begin, curve.end].count("meets slip onset") == 1
         ends.append(curve.values[0 if curve.begin.startswith("meets") else -1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
-    # Where the foot does not slip before the touchdown, the ratio of the impulses is a closed form of angle and inertia.
+    # If the foot does not slip before the touchdown, the ratio of the impulses is a closed form of angle and inertia.
     sine, cosine, inertia = math.sin(math.pi / 10), math.cos(math.pi / 10), 1 / 3
     assert ends[0][0] == pytest.approx(sine * cosine / (1 + inertia - sine**2), abs=1e-9)
