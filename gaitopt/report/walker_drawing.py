@@ -229,7 +229,7 @@ def role_of(view: MotionView, contact: int) -> str:
     >>> role_of(view, 0), role_of(view, 1)
     ('stance', 'swing')
     """
-    return ROLES[view.feet.index(contact) % len(ROLES)]
+    return ROLES[view.leg_of(contact) % len(ROLES)]
 
 
 def _round_pixels(values: Any) -> list[float]:

@@ -66,7 +66,7 @@ def test_a_walk_is_simulated_and_its_events_are_listed(capsys, tmp_path):
     data = json.loads(printed.out)
     assert (status, data["stop"], data["steps"], data["file"]) == (0, "duration_done", 2, str(path))
     assert [event["names"][0] for event in data["events"]] == ["knee B closes", "foot B closes", "knee A closes"]
-    assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # contacts.md, section 6
+    assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # independent integration
     assert data["events"][1]["impulse"]["foot B"][1] > 0
     assert "foot_A_mode" in path.read_text(encoding="utf-8").splitlines()[0]
 
