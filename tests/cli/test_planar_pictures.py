@@ -23,6 +23,7 @@ def run(capsys, *words):
     return end.value.code, capsys.readouterr()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "name", "options"),
     [
@@ -113,6 +114,7 @@ def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, 
     assert sentence in " ".join(printed.err.split())
 
 
+@pytest.mark.slow
 def test_a_walk_over_steps_and_patches(capsys, tmp_path):
     options = ["--steps", 2, "--rise", "0.6:-0.01", "--patch", "0.2:0.7:0.9"]
     status, printed = run(capsys, "simulate", KNEED, *options, "--json", "-o", tmp_path / "walk.gif")

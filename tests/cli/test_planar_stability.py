@@ -113,10 +113,12 @@ def test_what_these_robots_do_not_support_is_said(arguments, message):
     assert message in " ".join(str(result.exception).split()) or message in " ".join(result.output.split())
 
 
+@pytest.mark.slow
 def test_no_gait_is_exit_status_1():
     assert run("stability", HOPPER, "--set", "thrust=0", "--starts", 1).exit_code == 1
 
 
+@pytest.mark.slow
 def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     settings = ("clearance=0.02", "stance_intervals=6", "flight_intervals=16")  # as for `hop_gait`
     monopod = ("problems/monopod.py", *(word for setting in settings for word in ("--set", setting)))
@@ -152,6 +154,7 @@ def test_wrong_options_of_an_optimal_gait_get_a_sentence(options, message):
     assert message in str(error)
 
 
+@pytest.mark.slow
 def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
     script = "problems/compass_double_support.py"
     settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.4")

@@ -149,6 +149,7 @@ def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, reque
     check_texts(plot_motion(request.getfixturevalue(name), title=name))
 
 
+@pytest.mark.slow
 def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
     check_texts(plot_gait(hop_gait))
     narrow = plot_gait(hop_gait, style=FigureStyle(width=3.5, titled=False))
