@@ -6,11 +6,12 @@ import math
 import pytest
 from typer.testing import CliRunner
 
-from gaitopt import Collocation
+from gaitopt import Collocation, save
 from gaitopt.cli.app import app
 from gaitopt.cli.script import require_single_support_gait
 from gaitopt.errors import InputError
 from gaitopt.ocp import solve_planar
+from gaitopt.stability import assess_planar
 from tests.ocp.multicontact_examples import walk
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
@@ -131,9 +132,19 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
 
+def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
+    (gait,) = gaits_of(save(hop_gait, tmp_path / "hop.h5"))
+    expected = assess_planar(hop_gait)
+    assert gait["radius"] == pytest.approx(expected.radius, rel=1e-9)
+    assert gait["period"] == pytest.approx(expected.period, rel=1e-12)
+    result = run("stability", tmp_path / "hop.h5", "--set", "friction=0.5")
+    assert isinstance(result.exception, InputError)
+    assert "--set changes the parameters of a script" in str(result.exception)
+
+
 def test_commands_on_feedback_name_the_command_for_several_contacts():
     gait = solve_planar(walk(transcription=Collocation(intervals=10)))
-    with pytest.raises(InputError, match="several contacts; 'gaitopt stability SCRIPT --law lqr'"):
+    with pytest.raises(InputError, match="several contacts; 'gaitopt stability FILE --law lqr'"):
         require_single_support_gait(gait)
 
 
