@@ -1,5 +1,6 @@
 """Optimal gaits of planar robots, replayed by the simulator from their first state and torques alone."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -58,6 +59,16 @@ def test_a_gait_with_other_torques_fails_its_replay():
     verified = verify_planar(gait.replace_fields(motion=changed))
     assert verified.status is Status.NOT_VERIFIED
     assert 1e-6 < verified.verification.state_error < 0.1
+
+
+def test_a_replay_that_stops_names_the_time_the_event_and_the_contacts():
+    gait = solve_planar(walk(transcription=COARSE))
+    slippery = replace(gait.motion, parameters={**gait.motion.parameters, "friction": 0.05})
+    stop, other = verify_planar(gait.replace_fields(motion=slippery)).verification.reasons
+    assert re.fullmatch(
+        r"the replay stopped at 0\.\d+ s, before the first event, with foot A slip\+: The walker fell\.", stop
+    )
+    assert other == "the replay has the contact sequence 'foot A slip+' instead of 'foot A stick |'"
 
 
 def test_the_replay_has_the_motion_of_the_plan():
