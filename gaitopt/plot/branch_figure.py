@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
@@ -130,14 +130,9 @@ def _parameter_label(diagram: BranchDiagram) -> str:
 
 
 def _sequence_colors(diagram: BranchDiagram) -> dict[str, Any]:
-    """Return a colour for the contact sequence of the first step of the gaits, in order of appearance."""
-    names = dict.fromkeys(_first_step(name) for branch in diagram.branches for name in branch.sequences)
+    """Return a colour for the contact sequences of the gaits, in order of appearance."""
+    names = dict.fromkeys(distinct_steps(name) for branch in diagram.branches for name in branch.sequences)
     return {name: line_style(number)["color"] for number, name in enumerate(names)}
-
-
-def _first_step(sequence: str) -> str:
-    """Return the contact sequences of a gait without repetition."""
-    return "; ".join(dict.fromkeys(sequence.split("; ")))
 
 
 def _draw_branch(
@@ -148,7 +143,7 @@ def _draw_branch(
     The line between a stable and an unstable gait is that of the unstable one.  Pieces of different sequences are
     joined unless the quantity is discontinuous between them.
     """
-    kinds = [(_first_step(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
+    kinds = [(distinct_steps(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
     begin = 0
     for k in range(1, len(kinds) + 1):
         if k < len(kinds) and kinds[k] == kinds[begin]:
