@@ -50,7 +50,7 @@ def report_early_touchdowns(transcription: PlanarTranscription, rows: Mapping[in
     )
 
 
-def report_short_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:
+def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:
     """Return a sentence for each phase of minimum duration."""
     shortest = problem.limits.shortest_phase
     durations = x[transcription.variables[Unknown.DURATION][0]]
