@@ -6,6 +6,7 @@ import casadi as ca
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.coordinate_entries import CONTACT
+from gaitopt.model.uneven_ground import height_of_footprints, is_on_uneven_ground
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
@@ -50,7 +51,10 @@ def clearance_rows(
     for state in states:
         q, v = dynamics.full(state)
         foot = builder.robot.landing(q, v, p)[0] - q[CONTACT]
-        heights.append(foot[1] - builder.clearance() * bump(foot[0], distance))
+        lowest = builder.clearance() * bump(foot[0], distance)
+        if is_on_uneven_ground(builder.robot):
+            lowest += height_of_footprints(builder.robot, p, foot[0], distance)
+        heights.append(foot[1] - lowest)
     table = [Row(Key(Kind.CLEARANCE, inner=i), 0.0, math.inf) for i in range(len(states))]
     rows = builder.rows.add((Group.CLEARANCE, number), table, places)
     if number == 0:
