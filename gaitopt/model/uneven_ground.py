@@ -67,6 +67,18 @@ def height_of_footprints(robot: Robot, p: ca.SX, ahead: ca.SX, distance: ca.SX) 
     return (p[robot.index(RISE)] / distance + ca.tan(p[robot.index(NEXT_INCLINE)])) * ahead
 
 
+def travel_of_slides(robot: Robot, p: ca.SX, slide: ca.SX) -> ca.SX:
+    """Return the distance along the plane by which the stance foot slides along the ground [m].
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> travel_of_slides(compass_biped(), None, 0.1)
+    0.1
+    """
+    return slide * ca.cos(p[robot.index(INCLINE)]) if is_on_uneven_ground(robot) else slide
+
+
 @check_arguments
 def adapt_to_uneven_ground(robot: Robot) -> Robot:
     """Return a robot with the height and the inclination of the ground at its footholds as parameters.
@@ -137,7 +149,7 @@ class _View:
         p = self.symbols["p"]
         self.rise, incline, next_incline = (p[names.index(name)] for name in (RISE, INCLINE, NEXT_INCLINE))
         self.parameters = p[[names.index(parameter.name) for parameter in robot.parameters]]
-        self.turn, self.next_turn = _rotation(incline), _rotation(next_incline)
+        self.turn, self.next_turn = stance_rotation(incline), stance_rotation(next_incline)
         self.grade = ca.tan(next_incline)
         self.transform = ca.diagcat(self.turn, ca.SX.eye(n - 2))
         self.next_transform = ca.diagcat(self.next_turn, ca.SX.eye(n - 2))
@@ -240,6 +252,6 @@ class _View:
         return [self.transform.T @ self.robot.unswap(q, following, self.parameters)]
 
 
-def _rotation(angle: ca.SX) -> ca.SX:
-    """Return the matrix of a rotation, shape (2, 2)."""
+def stance_rotation(angle: ca.SX) -> ca.SX:
+    """Return the matrix from coordinates along and across inclined ground to those of the plane, shape (2, 2)."""
     return ca.vertcat(ca.horzcat(ca.cos(angle), -ca.sin(angle)), ca.horzcat(ca.sin(angle), ca.cos(angle)))

@@ -149,7 +149,7 @@ def _read_step(group: h5py.Group) -> Gait:
 
 def gait_of_step(gait: MultiStepGait, number: int) -> Gait:
     """Return one step of a gait of several steps as a gait, for its file; steps are counted from 0."""
-    problem, plan = gait.problem.steps[number], gait.plans[number]
+    problem, plan = gait.problem.resolved_steps[number], gait.plans[number]
     return Gait(
         robot=problem.robot,
         sequence=problem.sequence,

@@ -86,7 +86,7 @@ class MultiStepGait:
                         "duration": plan.period,
                         "objective": step.objective.evaluate(plan),
                     }
-                    for step, plan in zip(self.problem.steps, self.plans, strict=True)
+                    for step, plan in zip(self.problem.resolved_steps, self.plans, strict=True)
                 ],
                 "verification": self.verification and asdict(self.verification),
             }
