@@ -24,6 +24,12 @@ RISE, INCLINE, NEXT_INCLINE = "rise", "incline", "next_incline"
 STEEPEST = 1.0
 """Largest inclination of the ground against the plane [rad]."""
 
+PASSED = 0.05
+"""Least distance of the landing foot ahead of the stance foot at a touchdown [m].
+
+Where straight legs pass each other, the swing foot passes through the height of the stance foot.
+"""
+
 UNEVEN = (
     Parameter(RISE, 0.0, "m", "height of the next foothold's ground above the stance foot, at the stance foot"),
     Parameter(INCLINE, 0.0, "rad", "inclination of the ground, uphill positive", lower=-STEEPEST, upper=STEEPEST),
@@ -87,7 +93,8 @@ def adapt_to_uneven_ground(robot: Robot) -> Robot:
     ``incline`` [rad], the inclination of the ground at the stance foot against the plane, uphill positive; and
     ``next_incline`` [rad], that of the next foothold, whose ground is extended to below the stance foot for `rise`.
     With ``rise`` alone, the steps of a periodic gait are those of stairs.  Potential energy, positions and travel are
-    those of the plane.  The robot is armed for a touchdown where it is on level ground.
+    those of the plane.  The touchdown is armed as on
+    level ground, but not before the landing foot is 5 cm ahead of the stance foot.
 
     Parameters
     ----------
@@ -137,8 +144,8 @@ def _adapt(robot: Robot) -> Robot:
 class _View:
     """The Functions of a robot in the coordinates of its stance foot along and across inclined ground.
 
-    With R(b) = [[cos b, -sin b], [sin b, cos b]], the stance foot is at R(incline) (s, n) in the plane's coordinates, and
-    the rates transform in the same way: T = diag(R, 1) is orthogonal.
+    With R(b) = [[cos b, -sin b], [sin b, cos b]], the stance foot is at R(incline) (s, n) in the plane's coordinates,
+    and the rates transform in the same way: T = diag(R, 1) is orthogonal.
     """
 
     def __init__(self, robot: Robot, names: tuple[str, ...]) -> None:
@@ -182,9 +189,7 @@ class _View:
         named["acceleration"], named["wellposed"] = contact_functions(q, v, u, p, self._equations, friction)
         return named
 
-    def _later(
-        self, name: str, inputs: list[str], outputs: Callable[[], list[ca.SX]]
-    ) -> Deferred[ca.Function]:
+    def _later(self, name: str, inputs: list[str], outputs: Callable[[], list[ca.SX]]) -> Deferred[ca.Function]:
         original = getattr(self.robot, name)
         symbols = [self.symbols[each] for each in (["q_before", *inputs[1:]] if name == "unswap" else inputs)]
 
@@ -231,7 +236,7 @@ class _View:
         ahead, speed = position - q[CONTACT], velocity - v[CONTACT]
         guard = ahead[GAP] - self.rise - self.grade * ahead[SLIDE]
         armed = self.robot.touchdown(q, v, self.parameters)[2]
-        return [guard, speed[GAP] - self.grade * speed[SLIDE], armed]
+        return [guard, speed[GAP] - self.grade * speed[SLIDE], ca.fmin(armed, ahead[SLIDE] - PASSED)]
 
     def _momentum(self) -> list[ca.SX]:
         linear, angular = self.robot.momentum(self.plane("q"), self.plane("v"), self.parameters)

@@ -11,6 +11,7 @@ from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Verification, cone_margin
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait, join_steps
+from gaitopt.ocp.multistep.terrain_check import describe_contradictions
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -38,9 +39,12 @@ def replay_steps(gait: MultiStepGait, *, engine: Engine | None = None) -> Rollou
     >>> replay_steps(solve_steps(MultiStepProblem(steps=(step, step)))).stop.key
     'steps_done'
     """
-    robot, problems, engine = gait.problem.robot, gait.problem.steps, engine or ScipyEngine()
-    vectors = [robot.vector(problem.values) for problem in problems]
-    vectors.append(vectors[0] if gait.problem.periodic else vectors[-1])
+    robot, engine = gait.problem.robot, engine or ScipyEngine()
+    grounds = [
+        {**step.values, **{name: plan.parameters[name] for name in step.free}}
+        for step, plan in zip(gait.problem.resolved_steps, gait.plans, strict=True)
+    ]
+    frictions = [*(ground["friction"] for ground in grounds), gait.problem.last_friction]
     first = gait.plans[0].segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     walks: list[Rollout] = []
@@ -48,17 +52,17 @@ def replay_steps(gait: MultiStepGait, *, engine: Engine | None = None) -> Rollou
         walker = Walker(
             robot,
             feedforward(robot, plan),
-            vectors[number],
+            robot.vector(grounds[number]),
             engine,
             step_limits=StepLimits(duration=3 * plan.period),
-            landing=vectors[number + 1],
+            landing=robot.vector({**grounds[number], "friction": frictions[number + 1]}),
         )
         walks.append(record_walk(walker, state, 1))
         jumps = walks[-1].motion.jumps
         if walks[-1].stop is not Stop.STEPS_DONE or not jumps:
             break
         state = np.concatenate([jumps[0].q_next, jumps[0].v_next])
-    motion = join_steps([walk.motion for walk in walks], absolute=True)
+    motion = join_steps([walk.motion for walk in walks], absolute=True, terrain=gait.problem.terrain)
     return replace(walks[-1], motion=motion, events=tuple(event for walk in walks for event in walk.events))
 
 
@@ -89,6 +93,8 @@ def verify_steps(
     texts = [_describe(motion) for motion in (planned, walked)]
     if texts[0] != texts[1]:
         reasons.append(f"the replay has the contact sequence '{texts[1]}' instead of '{texts[0]}'")
+    if gait.problem.terrain is not None:
+        reasons += describe_contradictions(gait.problem, walked)
     complete = len(walked.jumps) == len(planned.jumps)
     error = _state_error(planned, walked) if complete else float("inf")
     late = abs(walked.segments[-1].time[-1] - planned.segments[-1].time[-1])

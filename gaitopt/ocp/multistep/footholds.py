@@ -10,7 +10,7 @@ from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE, adapt_to_un
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 
-EDGE, KINK = 0.02, 0.01
+EDGE, KINK = 0.05, 0.01
 """Least distances of a foot from a step of the terrain and from an end of a ramp [m]."""
 
 FARTHEST = 1.0
@@ -54,7 +54,8 @@ def find_footholds(terrain: Terrain, steps: Sequence[GaitProblem], stated: Bound
     footholds = [_on_piece(terrain, 0, 0.0, (0.0, 0.0))]
     for number, step in enumerate(steps, start=1):
         bounds = stated.get(number, (-math.inf, math.inf))
-        place = sum(bounds) / 2 if number in stated else footholds[-1].expected + _expected_length(number - 1, step)
+        ends = [end for end in bounds if math.isfinite(end)]
+        place = sum(ends) / len(ends) if ends else footholds[-1].expected + _expected_length(number - 1, step)
         footholds.append(_on_piece(terrain, number, place, bounds))
     return tuple(footholds)
 
@@ -70,8 +71,8 @@ def _expected_length(number: int, step: GaitProblem) -> float:
     if lengths.lower > 0 and math.isfinite(lengths.upper):
         return (lengths.lower + lengths.upper) / 2
     raise InputError(
-        f"The foothold after steps[{number}] is unknown: on a terrain a step needs a step_length, a guess from a motion, "
-        f"or bounds footholds={{{number + 1}: (lower, upper)}}."
+        f"The foothold after steps[{number}] is unknown: on a terrain a step needs a step_length, a guess from a "
+        f"motion, or bounds footholds={{{number + 1}: (lower, upper)}}."
     )
 
 

@@ -89,8 +89,9 @@ class MultiStepProblem:
                 raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
             if step.slope != first.slope:
                 raise InputError(
-                    f"steps[{number}] has the slope {step.slope:g} rad, steps[0] {first.slope:g} rad: angles are measured "
-                    "from the normal of the slope, so all steps need the same; terrain=Terrain(ramps=...) changes it."
+                    f"steps[{number}] has the slope {step.slope:g} rad, steps[0] {first.slope:g} rad: angles are "
+                    "measured from the normal of the slope, so all steps need the same slope; "
+                    "terrain=Terrain(ramps=...) inclines the ground."
                 )
         if (self.start is None) is not (self.end is None):
             raise InputError("start and end must both be stated, or both be None for a gait that repeats.")
@@ -126,6 +127,12 @@ class MultiStepProblem:
     def resolved_steps(self) -> tuple[GaitProblem, ...]:
         """The steps with the ground at their footholds."""
         return self.steps if self.terrain is None else resolve_steps(self.steps, self.ground)
+
+    @property
+    def last_friction(self) -> float:
+        """Friction of the ground of the last touchdown."""
+        on_patch = self.ground[-1].piece.friction if self.ground else None
+        return self.steps[0 if self.periodic else -1].friction if on_patch is None else on_patch
 
     def _body(self, step: GaitProblem) -> dict[str, float]:
         """Return the parameters of a step that are the same in all steps: without those of the terrain."""
@@ -167,7 +174,7 @@ class MultiStepProblem:
                     f"footholds: the number of a step must be one of {list(numbers)}, got "
                     f"{number!r}; steps are counted from 0, and steps[0] begins at position 0."
                 )
-            if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
+            if len(pair) != 2 or not pair[0] <= pair[1]:
                 raise InputError(
                     f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m], got {pair!r}."
                 )

@@ -12,9 +12,11 @@ from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.motion import Array, Jump, Motion
 from gaitopt.motion.sampling import TouchdownState, make_jump
 from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.multistep.footholds import passes_change
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
 from gaitopt.ocp.multistep.multistep_transcription import MultiStepTranscription, transcribe_steps
+from gaitopt.ocp.multistep.terrain_check import find_scuffs
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
@@ -38,7 +40,8 @@ def solve_steps(
     """Find an optimal gait of several steps.
 
     The intervals of all steps are doubled, at most twice, until the motion between the nodes agrees with them to the
-    tolerance of the transcription of the first step.
+    tolerance of the transcription of the first step.  On a terrain, steps in which the swing foot is below the ground
+    are solved again with its height over the terrain constrained.
 
     Parameters
     ----------
@@ -75,29 +78,43 @@ def solve_steps(
     require_valid_step(problem.robot)
     solver = (solver or Ipopt()).start_clock()
     methods: list[Method] = [step.transcription for step in problem.resolved_steps]
-    before: MultiStepGait | None = None
-    iterations = 0
-    for doubling in range(MOST_DOUBLINGS + 1):
-        transcription = transcribe_steps(problem, tuple(methods))
-        guesses = None if before is None else before.plans
-        x = _initial_point(transcription, guesses)
+    raised = _steps_with_clearance(problem)
+    gait = None
+    iterations = doublings = 0
+    while True:
+        transcription = transcribe_steps(problem, tuple(methods), raised)
+        x = _initial_point(transcription, None if gait is None else gait.plans)
         outcome = solver.minimise(transcription.nlp, x, transcription.data, transcription.limits, observer)
         if outcome.status.ok:
             outcome = refine_feasibility(transcription.nlp, outcome, transcription.data, transcription.limits)
         iterations += outcome.iterations
         gait = _gait(transcription, outcome, iterations)
-        finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.resolved_steps, strict=True)]
-        accurate = gait.error_between_nodes <= problem.resolved_steps[0].transcription.tolerance
-        if not gait.status.ok or accurate or doubling == MOST_DOUBLINGS or None in finer:
-            break
-        methods, before = [method for method in finer if method is not None], gait
-    return gait
+        scuffing = set(find_scuffs(problem, gait.motion)) if gait.status.ok and problem.terrain is not None else set()
+        if scuffing - raised:
+            raised |= scuffing
+            continue
+        finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
+        accurate = not scuffing and gait.error_between_nodes <= problem.steps[0].transcription.tolerance
+        if not gait.status.ok or accurate or doublings == MOST_DOUBLINGS or None in finer:
+            return gait
+        doublings += 1
+        methods = [method for method in finer if method is not None]
+
+
+def _steps_with_clearance(problem: MultiStepProblem) -> set[int]:
+    """Return the numbers of the steps over a change of the terrain for which a clearance is requested."""
+    if problem.terrain is None:
+        return set()
+    requested = {number for number, step in enumerate(problem.steps) if step.limits.clearance is not None}
+    return {number for number in requested if passes_change(problem.terrain, problem.ground, number)}
 
 
 def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, ...] | None) -> Array:
     """Return the initial point: the guess of each step, or its motion in an earlier solution."""
     pieces = []
-    for number, (step, problem) in enumerate(zip(transcription.steps, transcription.problem.resolved_steps, strict=True)):
+    for number, (step, problem) in enumerate(
+        zip(transcription.steps, transcription.problem.resolved_steps, strict=True)
+    ):
         guess = problem.guess or LinearGuess()
         if plans is not None:
             guess = FromMotion(plans[number])

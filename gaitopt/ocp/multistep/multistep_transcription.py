@@ -4,19 +4,18 @@ The unknowns are those of the steps one after the other, then the state after th
 repeats.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector, structure
-from gaitopt.ocp.multistep.footholds import passes_change
 from gaitopt.ocp.multistep.ground_constraints import Condition, ground_conditions, place_columns
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
-from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.layout import Index
@@ -59,15 +58,23 @@ class MultiStepTranscription:
         return x[self.offsets[number] : self.offsets[number + 1]]
 
 
-def transcribe_steps(problem: MultiStepProblem, methods: tuple[Method, ...]) -> MultiStepTranscription:
-    """Transcribe a problem of several steps into an NLP, each step on the grid of its method."""
+def transcribe_steps(
+    problem: MultiStepProblem, methods: tuple[Method, ...], raised: Collection[int] = ()
+) -> MultiStepTranscription:
+    """Transcribe a problem of several steps into an NLP, each step on the grid of its method.
+
+    In the steps with the numbers `raised` the swing foot is above the terrain, otherwise only at the touchdown.
+    """
     parts = tuple(
         prepare_step(replace(structure(step, method), placed=False))
         for step, method in zip(problem.resolved_steps, methods, strict=True)
     )
     sizes = [step.builder.variables.size for step in parts]
     offsets = tuple(int(offset) for offset in np.cumsum([0, *sizes]))
-    parts = tuple(_place_on_terrain(problem, parts, offsets, number) for number in range(len(parts)))
+    parts = tuple(
+        _place_on_terrain(problem, parts, offsets, number) if number in raised else step
+        for number, step in enumerate(parts)
+    )
     states = [_first_state(step) + offset for step, offset in zip(parts, offsets, strict=False)]
     n_variables, names = offsets[-1], problem.coordinates
     if not problem.periodic:
@@ -103,13 +110,10 @@ def transcribe_steps(problem: MultiStepProblem, methods: tuple[Method, ...]) -> 
 def _place_on_terrain(
     problem: MultiStepProblem, parts: tuple[StepParts, ...], offsets: tuple[int, ...], number: int
 ) -> StepParts:
-    """Return the parts of a step, whose swing foot passes over the terrain if it changes below the swing foot."""
-    step = parts[number]
-    if problem.terrain is None or not passes_change(problem.terrain, problem.ground, number):
-        return step
+    """Return the parts of a step whose swing foot is above the terrain."""
     columns = place_columns(parts[:number], offsets) - offsets[number]
-    terrain = SwingTerrain(problem.terrain, columns, problem.ground[number].piece.line)
-    return replace(step, builder=replace(step.builder, terrain=terrain))
+    terrain = SwingTerrain(problem.terrain or Terrain(), columns, problem.ground[number].piece.line)
+    return replace(parts[number], builder=replace(parts[number].builder, terrain=terrain))
 
 
 def _first_state(step: StepParts) -> Index:
@@ -129,8 +133,8 @@ def _following_step(
     place = number if ends else after % len(parts)
     builder, count = parts[place].builder, len(problem.robot.angles)
     friction = builder.data[builder.names().index("friction")]
-    if ends and problem.terrain is not None and problem.ground[-1].piece.friction is not None:
-        friction = ca.SX(problem.ground[-1].piece.friction)
+    if ends and problem.terrain is not None:
+        friction = ca.SX(problem.last_friction)
     state = (states[after if ends else place] - offset)[:, None]
     impact: Mode = problem.resolved_steps[place].sequence.impact
     return FollowingStep(

@@ -8,11 +8,11 @@ import numpy as np
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.coordinate_entries import CONTACT
-from gaitopt.model.uneven_ground import INCLINE, height_of_footprints, is_on_uneven_ground, stance_rotation
+from gaitopt.model.uneven_ground import INCLINE, PASSED, height_of_footprints, is_on_uneven_ground, stance_rotation
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.ocp.transcription.swing_terrain import ONSET, SLACK, SwingTerrain, height_over_terrain, smooth_step
+from gaitopt.ocp.transcription.swing_terrain import DEEPEST, SLACK, SwingTerrain, height_over_terrain, smooth_step
 
 
 def bump(ahead: ca.SX, distance: ca.SX) -> ca.SX:
@@ -91,14 +91,15 @@ def _height_over_terrain(
 ) -> ca.SX:
     """Return the height of the swing foot over the terrain, less the requested clearance [m].
 
-    Without a clearance it is required only ahead of the stance foot: behind it, straight legs pass through the ground.
+    Without a clearance it is required only well ahead of the stance foot: behind it, and where they pass each other,
+    straight legs reach through the ground.
     """
     incline = p[builder.robot.index(INCLINE)]
     slid = stance_rotation(incline) @ ca.vertcat(over.slid, 0)
     ahead, height = height_over_terrain(over.terrain, over.start, incline, contact, foot, slid)
     if builder.cleared:
         return height - builder.clearance() * bump(ahead, distance)
-    return height * smooth_step(ahead / ONSET)
+    return height + DEEPEST * (1 - smooth_step(ahead / PASSED - 1))
 
 
 def _touchdown_distance(builder: NlpBuilder, local: BlockVariables) -> ca.SX:

@@ -9,11 +9,11 @@ from gaitopt.model.terrain import Terrain
 from gaitopt.model.uneven_ground import stance_rotation
 from gaitopt.ocp.nlp.layout import Index
 
-WIDTH, ROUNDING = 0.02, 1e-3
+WIDTH, ROUNDING = 0.05, 1e-3
 """Width of the smooth transition in front of a step up or behind a step down, and radius of the ends of ramps [m]."""
 
-ONSET = 0.02
-"""Distance ahead of the stance foot over which the condition on the height comes into effect [m]."""
+DEEPEST = 0.1
+"""Depth of the swing foot below the terrain that is accepted where straight legs pass each other [m]."""
 
 SLACK = 1e-5
 """Lack of height above the smooth profile that is accepted [m]."""
@@ -46,7 +46,7 @@ def smooth_height(terrain: Terrain, place: ca.SX) -> ca.SX:
     Examples
     --------
     >>> terrain = Terrain(steps=[(1.0, 0.1)])
-    >>> [float(smooth_height(terrain, place)) for place in (0.98, 0.99, 1.0)]
+    >>> [float(smooth_height(terrain, place)) for place in (0.95, 0.975, 1.0)]
     [0.0, 0.05, 0.1]
     """
     height = ca.SX(0)
