@@ -98,7 +98,7 @@ class _Intervals:
         rows = builder.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
         values = [self.equations.values]
         plain, relative = (self.length * mean for mean in mean_integrand(builder, self.instants))
-        if builder.cleared:
+        if builder.cleared or builder.terrain is not None:
             states = [point.state for point in self.points[:-1]]
             heights, clear = clearance_rows(
                 builder, local, self.dynamics, states, self.p, number=phase.number, places=places
