@@ -173,7 +173,6 @@ def number_within(
     ...
     gaitopt.errors.InputError: Method.order must be at least 1, got 0.
     """
-
     interval = {"lower": lower, "upper": upper, "lower_open": lower_open, "infinite": infinite, "whole": whole}
 
     def validate(options: Any, attribute: Any, value: Any) -> None:
