@@ -1,7 +1,7 @@
 """Conversion of texts and paths of the command line without the validation library of Typer.
 
 Typer validates every value, also of options that are not given, with pydantic, whose import takes longer than that of
-CasADi.  Texts, paths and options that are not given need no validation.
+CasADi.  Texts, paths and the defaults of options that are not given need no validation.
 """
 
 import os
@@ -32,6 +32,8 @@ class PlainConversion:
         several = param.multiple or param.nargs == -1
         if value is None:
             return () if several else None
+        if type(value) in (int, float, bool) and value == param.default:
+            return value
         items = list(value) if several and not isinstance(value, str) else [value]
         if several == isinstance(value, list | tuple) and all(map(self._is_plain, items)):
             values = [self._kind(item) for item in items]  # type: ignore[misc]
