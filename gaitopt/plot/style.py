@@ -188,26 +188,26 @@ def area_color(number: int) -> str:
     return to_hex((red, green, blue))
 
 
-def contact_color(number: int) -> str:
-    """Return the colour of the n-th contact, from 0, which its leg, force and lines have in all figures.
+def leg_color(number: int) -> str:
+    """Return the colour of the n-th leg, from 0, which its contacts, forces and lines have in all figures.
 
     Examples
     --------
-    >>> contact_color(0) == contact_color(len(CONTACTS)) == FIRST_LEG
+    >>> leg_color(0) == leg_color(len(CONTACTS)) == FIRST_LEG
     True
     """
     return CONTACTS[number % len(CONTACTS)]
 
 
-def contact_style(number: int) -> dict[str, Any]:
-    """Return colour and dashes of the line of the n-th contact, from 0.
+def foot_line_style(number: int, leg: int) -> dict[str, Any]:
+    """Return the style of the line of the n-th contact, from 0: the colour of its leg and dashes of its own.
 
     Examples
     --------
-    >>> contact_style(0)["linestyle"]
+    >>> foot_line_style(0, 0)["linestyle"]
     '-'
     """
-    return {"color": contact_color(number), "linestyle": DASHES[number % len(DASHES)]}
+    return {"color": leg_color(leg), "linestyle": DASHES[number % len(DASHES)]}
 
 
 def angle_symbol(name: str) -> str:

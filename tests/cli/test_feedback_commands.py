@@ -32,6 +32,7 @@ def test_stability_under_a_law(capsys):
     assert gait["radius"] < 0.3
 
 
+@pytest.mark.slow
 def test_tune_prints_what_was_found(capsys):
     arguments = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--starts", "2", "--json")
     code, text = run(capsys, *arguments)
@@ -120,6 +121,7 @@ def test_a_law_by_the_stance_angle(capsys):
     assert 0.3 < gait["radius"] < 0.95
 
 
+@pytest.mark.slow
 def test_push_prints_a_table(capsys):
     code, text = run(
         capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1", "--workers", "1"
@@ -180,6 +182,7 @@ def script(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path, script):
     """Tuned, reloaded from the file of its gains, simulated, exported: one file outside of the package."""
     name, gains = f"{script}:hip_spring", str(tmp_path / "gains.json")

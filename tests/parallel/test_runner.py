@@ -62,6 +62,7 @@ def test_tasks_in_no_order_are_refused():
         results(works.add, chain(1), 0, execution=Execution(workers=0))
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_only_the_task_that_kills_it(tmp_path):
     names = ["one", "unlucky", "two", "guilty", "three"]
     tasks = [*map(Task, names, names), Task("after", "after", ("guilty", "unlucky"))]

@@ -21,6 +21,7 @@ SLIPPING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem",
     [

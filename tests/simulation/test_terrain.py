@@ -139,7 +139,7 @@ def test_a_round_foot_rolls_over_the_edge_of_a_patch():
 
 
 def _round_start(robot):
-    z = 0.1894382832527, -0.2390109878129, -0.1876139814681  # contacts.md, section 6: round feet
+    z = 0.1894382832527, -0.2390109878129, -0.1876139814681  # round feet, independent integration
     return place_planar(robot, {"x": 0, "a": z[0], "b": -z[0]}, {"a": z[1], "b": z[2]}, {"slope": 0.01}, on=["foot A"])
 
 
