@@ -12,7 +12,7 @@ from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses, TaskExe
 from gaitopt.parallel.shared_payload import Work
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 
-POLL_INTERVAL = 0.5
+POLL_INTERVAL = 0.1
 """Time between two checks of the workers and of interrupts while tasks are under way [s]."""
 
 
