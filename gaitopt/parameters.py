@@ -18,6 +18,9 @@ __all__ = ["Parameter"]
 _NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_)
 """Types whose values Python converts to numbers although they are something else."""
 
+LARGEST_COUNT = 2.0**53
+"""Largest count or seed: all whole numbers up to it have a floating-point representation."""
+
 
 @check_record
 @dataclass(frozen=True)
@@ -185,8 +188,15 @@ def number_within(
 
 
 def whole_number(lower: int = 1, upper: float = math.inf) -> Validator:
-    """Return a validator of an attrs class for a whole number."""
-    return number_within(lower=lower, upper=upper, whole=True)
+    """Return a validator of an attrs class for a whole number, which floating-point numbers represent exactly."""
+    within = number_within(lower=lower, upper=upper, whole=True)
+    exact = number_within(upper=LARGEST_COUNT, whole=True)
+
+    def validate(options: Any, attribute: Any, value: Any) -> None:
+        within(options, attribute, value)
+        exact(options, attribute, value)
+
+    return validate
 
 
 def positive(unit: str = "1", upper: float = math.inf, *, infinite: bool = False) -> Validator:

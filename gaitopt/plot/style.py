@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import field, frozen
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.parameters import positive
+from gaitopt.parameters import number_within, positive
 from gaitopt.plot.literal_text import show_invalid_math
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK
 MODE_HATCH |= {Mode.CLOSED: "", Mode.LATCHED: ""}
 
 
-@check_arguments
+@check_record
 @frozen
 class FigureStyle:
     """Size and fonts of a figure, and the colours with the same meaning in all figures.
@@ -82,7 +82,7 @@ class FigureStyle:
     Raises
     ------
     InputError
-        If a size is not positive.
+        If the width is not within 0 and 100 inch, or the font size not within 1 and 500 pt.
 
     Examples
     --------
@@ -95,8 +95,8 @@ class FigureStyle:
     [3.5, 2.0]
     """
 
-    width: float = field(default=7.2, validator=positive("inch"))
-    font_size: float = field(default=8.5, validator=positive("pt"))
+    width: float = field(default=7.2, validator=positive("inch", upper=100.0))
+    font_size: float = field(default=8.5, validator=number_within("pt", 1.0, 500.0))
     font: str = "DejaVu Sans"
     titled: bool = True
 

@@ -10,6 +10,9 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import as_float, number_within, optional, positive, recall_parameter
 
+LARGEST_CLEARANCE = 10.0
+"""Largest clearance of the swing foot [m]."""
+
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
     return recall_parameter(name, unit, lower=0.0, lower_open=not zero, infinite=True).check(value)
@@ -40,7 +43,7 @@ class Limits:
         Least height of the swing foot over the ground at the stance foot.  At the distance x from the stance foot the
         least height is clearance (1 - (x / d)^2)^2, which is zero in the footprints, d being the distance between the
         feet at touchdown.  0 excludes penetration of the ground; None removes the constraint, as walkers without knees
-        need: their swing foot scuffs.
+        need: their swing foot scuffs.  At most 10 m.
 
     Examples
     --------
@@ -56,7 +59,9 @@ class Limits:
     rate: float = field(default=math.inf, converter=as_float, validator=positive("rad/s", infinite=True))
     shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
-    clearance: float | None = field(default=None, converter=as_float, validator=optional(number_within("m", lower=0.0)))
+    clearance: float | None = field(
+        default=None, converter=as_float, validator=optional(number_within("m", lower=0.0, upper=LARGEST_CLEARANCE))
+    )
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
