@@ -105,6 +105,7 @@ def two_feet_diagram(two_feet):
     return trace(two_feet, {"friction": (0.1755, 0.1743)}, options=ONE_START)
 
 
+@pytest.mark.slow
 def test_two_feet_slip_where_one_contact_at_a_time_slips(two_feet_diagram):
     # The value of the robot with one foot on the ground at a time, from another simulator: docs/howto/branches.md.
     (branch,) = two_feet_diagram.branches
@@ -191,6 +192,7 @@ def test_a_step_that_ends_before_the_knee_strikes_ends_early():
     assert not ends_early("A stick | B stick", "A stick | A stick, K latched | B stick")
 
 
+@pytest.mark.slow
 def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_diagram, monkeypatch):
     monkeypatch.setattr(two_parameters, "MOST_POINTS", 1)  # each point is located by bisection
     slope = math.radians(1)

@@ -34,6 +34,7 @@ def special_number(diagram, kind):
     return [point.kind.key for point in diagram.branches[0].special].index(kind)
 
 
+@pytest.mark.slow
 def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     # Type C ends where the foot speed of complete slip is constant: mu = tan(alpha), Gamus & Or (2015).
     curve = trace_curve(
@@ -54,6 +55,7 @@ def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     assert (curve.begin, curve.end) == ("range_end", "range_end")
 
 
+@pytest.mark.slow
 def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
     ends = (math.radians(12.8), math.radians(13.2))
     curve = trace_curve(wheel, diagram, {"slope": ends}, special=special_number(diagram, "impact_cone"))
@@ -67,6 +69,7 @@ def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
         assert (point.before, point.after) == (curve.before, curve.after)
 
 
+@pytest.mark.slow
 def test_curves_are_kept_in_the_file(wheel, diagram, tmp_path):
     from dataclasses import replace
 
