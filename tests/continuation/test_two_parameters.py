@@ -117,7 +117,7 @@ def test_a_curve_turns_where_both_ends_of_the_step_begin_to_slip():
     # which rotates about its foot, is a closed form, and equals the friction at both.
     low, high = math.radians(11.26), math.radians(11.28)
     at = WalkProblem(robot=rimless_wheel(), parameters={"slope": high})
-    across = trace(at, {"friction": (0.264, 0.258)}, options=LONG_STEPS)
+    across = trace(at, {"friction": (0.33, 0.258)}, options=LONG_STEPS)
     curve = trace_curve(at, across, {"slope": (low, high)}, options=LONG_STEPS)
     assert curve.before == "stick | stick"
     assert min(worst_ratio_error(*values) for values in curve.values) < 1e-9
