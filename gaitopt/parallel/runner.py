@@ -12,7 +12,7 @@ from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses, TaskExe
 from gaitopt.parallel.shared_payload import Work
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 
-POLL_INTERVAL = 0.5
+POLL_INTERVAL = 0.1
 """Time between two checks of the workers and of interrupts while tasks are under way [s]."""
 
 
@@ -80,8 +80,10 @@ def run_tasks(
         executor = LocalProcesses(workers, work, shared, prepare)
     else:
         executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
-    with executor, hold_interrupt() as interrupt:
-        yield from _run_on(executor, queue, interrupt)
+    with hold_interrupt() as interrupt:
+        with executor:
+            yield from _run_on(executor, queue, interrupt)
+        interrupt.check()  # received while the workers ended, which leaves none of their semaphores
 
 
 def collect_tasks(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt import load_diagram
+from gaitopt.study.storage.study_lock import lock_study
 from tests.docs.checked_commands import read_command
 
 PASSIVE, WHEEL = "problems/compass_passive.py", "problems/rimless_wheel.py"
@@ -162,3 +163,12 @@ def test_the_simplest_walker_doubles_its_period_in_the_limit_of_light_legs(comma
     assert (curve["kind"], curve["parameters"]) == ("period_doubling", ["slope", "leg_mass"])
     slope, mass = zip(*curve["values"], strict=True)
     assert np.polyfit(mass, slope, 2)[-1] == pytest.approx(0.0150884379, abs=1e-10)
+
+
+@pytest.mark.parametrize("script", [WHEEL, "problems/compass_slip.py"])
+def test_a_trace_to_a_file_that_another_process_computes_is_refused(command, root, folder, script):
+    with lock_study(folder / "branch.nc"):
+        result = command("trace", root / script, "--over", "friction=1:0.9", "-o", "branch.nc")
+        assert (result.status, result.out) == (2, "")
+        assert "branch.nc: it is being computed by process" in " ".join(result.err.split())
+        assert sorted(path.name for path in folder.iterdir()) == ["branch.nc.lock"]

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt import Status
+from gaitopt import InputError, Status
 from gaitopt.cli.script import load_script
 from gaitopt.ocp import Collocation, PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_solver import _Start
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Kind
 from gaitopt.progress import silent
 from tests.ocp.multicontact_examples import hop, walk
 
@@ -68,7 +69,36 @@ def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch
     solve_grid = _Start.solve
     monkeypatch.setattr(_Start, "solve", solve_coarse_grid_only)
     problem = walk("foot A stick |", transcription=Collocation(intervals=4, tolerance=1e-12))
-    assert solve_planar(problem).status is Status.PLAN_INACCURATE
+    gait = solve_planar(problem)
+    assert gait.status is Status.PLAN_INACCURATE
+    (warning,) = gait.solver.warnings
+    assert "phase 1 (foot A stick) is" in warning
+    assert "on 4 intervals, but the tolerance is 1.0e-12, and a finer grid has no solution (failed on" in warning
+    with pytest.raises(InputError, match=r"is not a solution \(plan_inaccurate\).*the error between nodes of phase 1"):
+        gait.require()
+
+
+def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monkeypatch):
+    """If no repair raises the foot, the plan is not called solved, and its warning names the contact and the phase."""
+
+    def find_row(transcription, *arguments):
+        gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in transcription.constraints.entries)
+        return {next(row for row, is_gap in enumerate(gap) if is_gap): -1.0}
+
+    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_solver.find_early_touchdowns", find_row)
+    gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
+    assert gait.status is Status.PLAN_INACCURATE
+    (warning,) = gait.solver.warnings
+    assert warning.startswith("contact 'foot B' touches the ground in phase 1 (foot A stick), before its planned")
+
+
+def test_a_phase_of_minimum_duration_is_a_warning():
+    period = 0.4713 / 0.633
+    limits = PlanarLimits(torque={"ankle B": 0}, shortest_phase=period * (1 - 1e-9))
+    gait = solve_planar(walk("foot A stick |", limits=limits, transcription=Collocation(intervals=10)))
+    assert gait.status is Status.SOLVED
+    (warning,) = gait.solver.warnings
+    assert warning.startswith(f"phase 1 (foot A stick) lasts {period:g} s, the minimum (PlanarLimits.shortest_phase)")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """Tasks in processes: order, dependence, death and dismissal."""
 
+import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -14,6 +16,7 @@ import pytest
 
 from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
+from gaitopt.parallel.executors import ExternalExecutor
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests.parallel import works
@@ -224,3 +227,16 @@ def test_a_script_needs_no_guard(tmp_path):
 def test_an_execution_that_is_invalid_is_refused(options, message):
     with pytest.raises(InputError, match=message):
         Execution(**options)
+
+
+def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
+    ended = []
+
+    def shutdown(executor, *, kill):
+        signal.raise_signal(signal.SIGINT)
+        ended.append(kill)
+
+    monkeypatch.setattr(ExternalExecutor, "shutdown", shutdown)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
+        results(math.pow, [Task("square", 2), Task("cube", 3)], 10, execution=Execution(executor=threads))
+    assert ended == [False]

@@ -23,6 +23,7 @@ from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import BasinWalk, axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
+from gaitopt.study.storage.netcdf_file import import_ahead
 from gaitopt.study.storage.study_lock import lock_study
 
 if TYPE_CHECKING:
@@ -91,6 +92,7 @@ def basin(
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
     walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
+    import_ahead(execution)
     if path is None:
         return _compute_basin(walk, execution, None)
     with lock_study(path):

@@ -1,5 +1,8 @@
 """Labelled tables in NetCDF files: written atomically, and read only if they are of the expected kind."""
 
+import contextlib
+import importlib
+import threading
 from collections.abc import Container
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,9 +11,31 @@ import h5py
 
 from gaitopt.motion.atomic import reserve
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.parallel.execution import Execution
 
 if TYPE_CHECKING:
     import xarray as xr
+
+PACKAGES = ("xarray", "h5netcdf", "dask.array", "distributed")
+"""Packages that xarray imports for a table and its file, the last two if they are installed."""
+
+
+def import_ahead(execution: Execution) -> None:
+    """Import what tables need while workers run: it takes as long as two solves, and an interrupt must not wait for it.
+
+    Parameters
+    ----------
+    execution : Execution
+        Without workers nothing is imported.
+    """
+
+    def import_packages() -> None:
+        for name in PACKAGES:
+            with contextlib.suppress(ImportError):  # reported when the table is made
+                importlib.import_module(name)
+
+    if execution.executor is not None or execution.workers != 1:
+        threading.Thread(target=import_packages, daemon=True).start()
 
 
 def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
