@@ -112,8 +112,8 @@ def print_multistep(gait: "MultiStepGait") -> None:
     for column in ("step", "sequence", *columns):
         table.add_column(column, no_wrap=True)
     for number, facts in enumerate(gait.summarise()["steps"]):
-        names = columns.values()
-        table.add_row(str(number), facts["sequence"], *(f"{float(facts[name]):.4g}" for name in names))
+        numbers = (f"{float(facts[name]):.4g}" for name in columns.values())
+        table.add_row(str(number), facts["sequence"], *numbers)
     out.print(table)
     replay = gait.verification
     if replay is not None:
