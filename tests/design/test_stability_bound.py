@@ -103,6 +103,44 @@ def test_an_infeasible_bound_is_named_with_the_radius_of_the_optimum_without_it(
     assert report_radius_conflict(loose, failure, gait) is failure
 
 
+def test_a_bound_of_the_radius_is_added_to_the_conflicts_found_without_it():
+    """Without the bound, 1.46 m/s, a leg centre of mass of 1.12 m or 16.6 N m at the hip would suffice."""
+    problem = PROBLEM.replace(
+        free={"leg_com": (0.736, 1.036), "hip_mass": (1.6, 2.3)},
+        friction=0.183,
+        speed=1.687,
+        step_length=0.4752,
+        limits=Limits(torque=10.72),
+        transcription=Collocation(intervals=20),
+    )
+    problem = problem.replace(stability=StabilityBound(radius=0.714))
+    (conflict,) = solve(problem).solver.conflicts
+    assert conflict.name == "speed"
+    assert conflict.sufficient < 1.2
+    gait = solve(problem.replace(speed=conflict.sufficient))
+    assert gait.status.ok
+    assert assess_stability(gait).radius <= 0.714 + 1e-6
+
+
+def test_the_radius_is_met_where_multipliers_coalesce_and_a_parameter_is_at_its_bound():
+    """A parameter that exceeded its bound by 1e-8 changed this radius by 7e-4: the walk differed from the plan."""
+    problem = SLIPPING.replace(
+        free={"leg_com": (0.786, 1.039), "hip_mass": (2.176, 2.8)},
+        friction=0.142,
+        speed=0.696,
+        step_length=None,
+        limits=Limits(torque=8.44),
+        stability=StabilityBound(radius=0.9245),
+        transcription=Collocation(intervals=20),
+    )
+    gait = verify(solve(problem))
+    assert gait.design["leg_com"] == 1.039
+    assert gait.verification.state_error < 5e-9
+    cycle = assess_stability(gait)
+    assert abs(cycle.multipliers[0] - cycle.multipliers[1]) < 2e-3
+    assert 0.9245 - 1e-6 < cycle.radius <= 0.9245 + 1e-8
+
+
 def test_the_radius_is_met_by_differences_of_the_replayed_map(bounded):
     assert bounded.status.ok
     assert bounded.verification.passed
