@@ -10,6 +10,7 @@ from attrs import evolve
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
@@ -100,26 +101,43 @@ def _relax_with_bound(
     observer: Observer,
 ) -> tuple[Conflict, ...]:
     """Return the limits that suffice alone if the bound is met, otherwise the first one together with the bound."""
+    limit = problem.stability.radius if problem.stability else math.inf
     grid, solver = find_coarsest_grid(problem), elastic_solver(solver, len(problem.sequence.phases))
     unbounded = ElasticProblem(problem.replace(stability=None), grid, solver, observer)
     bounded = ElasticProblem(problem, grid, solver, observer)
     nearest = [result for guess in guesses if (result := _finish(unbounded.minimise_excess(guess))).status.ok]
-    separable: list[Conflict] = []
+    starts: dict[int, Array] = {}
     joint: tuple[Conflict, ...] = ()
     for conflict in conflicts if nearest else ():
         near, number = min(nearest, key=unbounded.excess), _find_limit(unbounded, conflict)
         alone = _finish(unbounded.exceed_only([number], near.x, near.multipliers))
         if not unbounded.suffices(number, alone):
             continue
-        x, number = bounded.start_near(FromMotion(unbounded.motion(alone))), _find_limit(bounded, conflict)
+        x = bounded.start_near(FromMotion(unbounded.motion(alone)))
+        starts[_find_limit(bounded, conflict)] = x
         radius = float(x[bounded.transcription.variables[Unknown.RADIUS]].item())
-        limit = problem.stability.radius if problem.stability else math.inf
         if not joint and radius > limit:
             joint = (replace(conflict, separable=False), _record_radius(limit, radius, separable=False))
-        result = _finish(bounded.exceed_only([number], x))
-        if bounded.suffices(number, result):
-            separable.append(bounded.record_conflict(number, result, separable=True))
-    return tuple(separable) or joint or conflicts
+    separable = tuple(
+        bounded.record_conflict(number, result, separable=True)
+        for number, result in _relax_each(bounded, starts).items()
+        if bounded.suffices(number, result)
+    )
+    return separable or joint or conflicts
+
+
+def _relax_each(bounded: ElasticProblem, starts: dict[int, Array]) -> dict[int, ElasticResult]:
+    """Return the motion that exceeds each limit, and if possible no others, by the number of the limit.
+
+    A solve that does not converge is repeated from the motions of other limits.
+    """
+    results = {number: _finish(bounded.exceed_only([number], x)) for number, x in starts.items()}
+    converged = [result for result in results.values() if result.status.ok]
+    for number, result in results.items():
+        others = iter(() if result.status.ok else converged)
+        while not bounded.suffices(number, results[number]) and (other := next(others, None)):
+            results[number] = _finish(bounded.exceed_only([number], other.x, other.multipliers))
+    return results
 
 
 def _finish(result: ElasticResult) -> ElasticResult:
