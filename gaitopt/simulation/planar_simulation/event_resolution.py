@@ -160,7 +160,7 @@ class EventResolution:
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
         """Return the contacts that close: several at a touchdown; at another event, those that touch exactly.
 
-        A contact that touches shortly after an event that is not a touchdown has an event of its own.
+        A contact that touches shortly after an event that is not a touchdown has a separate event.
         """
         free = [i for i, mode in enumerate(state.modes) if mode is Mode.FREE]
         contacts = self._contacts_of(state)
