@@ -138,7 +138,9 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Te
             segments.append(_move_segment(segment, number, time - start, aside, stance))
         for jump in motion.jumps:
             jumps.append(_move_jump(jump, number, time - start, aside, (stance, landing)))
-            place = jumps[-1].q_next[CONTACT] * (1.0, terrain is not None)
+            place = jumps[-1].q_next[CONTACT].copy()
+            if terrain is None:
+                place[GAP] = 0.0
         time = float(segments[-1].time[-1])
     return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps), terrain=terrain)
 
