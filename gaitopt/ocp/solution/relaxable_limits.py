@@ -69,7 +69,7 @@ def list_duration_limits(
     Parameters
     ----------
     layouts : (Layout, Layout)
-        Of the unknowns and of the constraint rows.
+        Layouts of the unknowns and of the constraint rows.
     shortest, longest : float [s]
         Shortest phase and longest step.
     size : float [s]
