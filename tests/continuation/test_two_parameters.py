@@ -115,8 +115,8 @@ def test_curves_end_where_they_meet():
 
 @pytest.mark.slow
 def test_a_curve_turns_where_both_ends_of_the_step_begin_to_slip():
-    # Type A slips first at the end of its step or, beyond the corner, at its start; the ratio of the wheel's forces,
-    # which rotates about its foot, is a closed form, and equals the friction at both.
+    # Type A slips first at the end of its step or, beyond the corner, at its start; the ratio of the forces of the
+    # wheel, which rotates about its foot, is a closed form, and equals the friction at both.
     low, high = math.radians(11.26), math.radians(11.28)
     at = WalkProblem(robot=rimless_wheel(), parameters={"slope": high})
     across = trace(at, {"friction": (0.33, 0.258)}, options=LONG_STEPS)

@@ -73,6 +73,14 @@ def test_energy_and_heights_of_a_step_down(down):
     assert set(stance.round(9)) == {0.0, -0.02}
 
 
+def test_the_start_pose_has_both_feet_on_the_same_piece(periodic):
+    problem = walk(periodic, Terrain(steps=[(0.3, -0.02)]), ("stick | stick",), end={})
+    gait = solve_and_replay(problem)
+    np.testing.assert_allclose(
+        gait.plans[0].segments[0].q[2:, 0], [problem.start["th1"], problem.start["th2"]], atol=1e-8
+    )
+
+
 @pytest.mark.slow
 def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
     problem = walk(periodic, Terrain(steps=[(0.7, 0.015)]))
