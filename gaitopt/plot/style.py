@@ -200,7 +200,7 @@ def leg_color(number: int) -> str:
 
 
 def foot_line_style(number: int, leg: int) -> dict[str, Any]:
-    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and different dashes for each contact.
+    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and dashes of its number.
 
     Examples
     --------

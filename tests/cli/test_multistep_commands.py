@@ -3,6 +3,8 @@
 import pytest
 
 from gaitopt.ocp import load_steps
+from gaitopt.report import show_in_notebook
+from gaitopt.study import load_result
 
 SCRIPT = """
 from gaitopt import Collocation, GaitProblem, Limits, compass_biped
@@ -26,9 +28,15 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert load_steps(folder / "two.h5").problem.name == "period two"
     assert "stick | stick" in command("show", "two.h5").out
     assert command("verify", "two.h5", "--json").json["verification"]["passed"]
-    for name, picture in (("plot", "two.png"), ("animate", "two.gif")):
+    for name, picture in (("plot", "two.png"), ("animate", "two.gif"), ("report", "two.html")):
         assert command(name, "two.h5", "-o", picture).status == 0
         assert (folder / picture).stat().st_size > 0
+    page = (folder / "two.html").read_text(encoding="utf-8")
+    assert page.count("<tr>") >= 7
+    assert "Force ratio and friction cone" in page
+    card = show_in_notebook(load_result(folder / "two.h5"))
+    assert "stick | stick" in card
+    assert "<svg" in card
 
 
 def test_options_for_single_steps_are_refused(command, script):

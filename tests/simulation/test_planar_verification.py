@@ -9,6 +9,8 @@ import pytest
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.planar_gait_summary import find_depths
+from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, verify_planar
 from gaitopt.status import Status
@@ -92,3 +94,14 @@ def test_tolerances_and_types_are_checked():
     assert not verify_planar(gait, tolerances=Tolerances(state=1e-14)).verification.passed
     with pytest.raises(InputError, match="gait must be a PlanarGait"):
         verify_planar(3)
+
+
+def test_the_depth_of_a_foot_that_swings_through_the_ground_is_reported():
+    gait = solve_planar(walk(transcription=COARSE))  # straight legs, whose foot swings through the ground
+    gaps = gait.motion.segments[0].kinematics.gap
+    foot = gait.motion.contacts.index("foot B")
+    depth = find_depths(gait)["foot B"]
+    assert depth == -gaps[foot].min() > 1e-4
+    rows = [text for name, text in tabulate_planar_gait(gait) if name == "below ground"]
+    assert rows == [f"foot B by {1e3 * depth:.3g} mm while it is not armed, in swing"]
+    assert find_depths(solve_planar(hop()))["foot"] < 1e-6

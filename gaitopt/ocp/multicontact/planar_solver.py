@@ -18,6 +18,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
@@ -100,6 +101,10 @@ def solve_planar(
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
     closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    reasons = [explain_one_way_slip(each) for each in closed]
+    if all(reasons):
+        return _refuse(closed[0], reasons[0] or "", solver, observer)
+    closed = [each for each, reason in zip(closed, reasons, strict=True) if reason is None]
     gaits = [_solve_start(each, number, solver, observer) for each in closed for number in range(starts)]
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
@@ -258,6 +263,14 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
     result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
     result = _refine(start, start.exclude_early_touchdowns(result))
     return _report(result.mark_inaccurate() if result.early_touchdowns else result, start)
+
+
+def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
+    """Return the failure of a problem that has no solution, without solving it."""
+    start = _Start(solver, observer)
+    result = start.solve(problem, limit=1)
+    failure = _report(replace(result, outcome=replace(result.outcome, status=Status.INFEASIBLE, message=reason)), start)
+    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
 
 
 def _durations(problem: PlanarProblem, number: int) -> Array | None:

@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.model.section_coordinate import guard_after_swap
 from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.multistep.footholds import rise_between
+from gaitopt.ocp.multistep.foothold_ground import rise_between
 from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
@@ -20,7 +20,7 @@ from gaitopt.ocp.transcription.transcription import StepParts
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
+class PlaceCondition:
     """A function of some unknowns between two bounds.
 
     Attributes
@@ -52,7 +52,7 @@ class Condition:
 
 def ground_conditions(
     problem: MultiStepProblem, parts: Sequence[StepParts], offsets: Sequence[int], first: Index
-) -> list[Condition]:
+) -> list[PlaceCondition]:
     """Return the conditions on the first pose and on the places of the feet.
 
     Parameters
@@ -92,15 +92,15 @@ def slide_indices(step: StepParts) -> Index:
     return np.array([table[0, -1] for key, table in tables.items() if is_slide(key)], dtype=np.intp)
 
 
-def _between(name: str, columns: Index, bounds: tuple[float, float], weights: Array | None = None) -> Condition:
+def _between(name: str, columns: Index, bounds: tuple[float, float], weights: Array | None = None) -> PlaceCondition:
     distances = ca.SX.sym("distances", columns.size)
     total = ca.sum1(distances if weights is None else distances * weights)
-    return Condition(name, distances, total, columns, *bounds)
+    return PlaceCondition(name, distances, total, columns, *bounds)
 
 
 def _rise(
     problem: MultiStepProblem, number: int, step: StepParts, place: tuple[Index, Array], offset: int
-) -> list[Condition]:
+) -> list[PlaceCondition]:
     """Return the equation of the rise of a step if it depends on the place of the foot at the end of the step."""
     if RISE not in step.structure.free:
         return []
@@ -110,14 +110,14 @@ def _rise(
     variables = step.builder.variables
     column = variables[Unknown.DESIGN][variables.rows[Unknown.DESIGN].index(Key(Kind.DESIGN, RISE)), 0] + offset
     value = rise - grade * ca.sum1(distances * weights)
-    return [Condition("rise", ca.vertcat(distances, rise), value, np.append(columns, column), constant, constant)]
+    return [PlaceCondition("rise", ca.vertcat(distances, rise), value, np.append(columns, column), constant, constant)]
 
 
-def _start(problem: MultiStepProblem, step: StepParts, state: Index) -> Condition:
+def _start(problem: MultiStepProblem, step: StepParts, state: Index) -> PlaceCondition:
     """Return the condition that the first state is a pose after touchdown, both feet on the same piece of ground."""
     robot = step.structure.robot
     angles = ca.SX.sym("angles", len(robot.angles))
     p = ca.SX(ca.DM(robot.vector(problem.resolved_steps[0].values)))
     if problem.terrain is not None:
         p[robot.index(RISE)], p[robot.index(NEXT_INCLINE)] = 0, p[robot.index(INCLINE)]
-    return Condition("start", angles, guard_after_swap(robot, angles, p), state[: angles.numel()], 0.0, 0.0)
+    return PlaceCondition("start", angles, guard_after_swap(robot, angles, p), state[: angles.numel()], 0.0, 0.0)

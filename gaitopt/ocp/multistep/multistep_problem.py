@@ -14,7 +14,7 @@ from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.model.terrain import Terrain, check_terrain
 from gaitopt.model.uneven_ground import UNEVEN, adapt_to_uneven_ground
 from gaitopt.motion.gait import Gait
-from gaitopt.ocp.multistep.footholds import Foothold, find_footholds, resolve_steps
+from gaitopt.ocp.multistep.foothold_ground import Foothold, find_footholds, resolve_steps
 from gaitopt.ocp.problem import GaitProblem
 
 FOOT_SPEED = "foot_speed"

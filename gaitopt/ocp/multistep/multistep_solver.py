@@ -12,7 +12,7 @@ from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.motion import Array, Jump, Motion
 from gaitopt.motion.sampling import TouchdownState, make_jump
 from gaitopt.ocp.initial.initial_point import initial_point
-from gaitopt.ocp.multistep.footholds import passes_change
+from gaitopt.ocp.multistep.foothold_ground import passes_change
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
 from gaitopt.ocp.multistep.multistep_transcription import MultiStepTranscription, transcribe_steps

@@ -14,7 +14,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector, structure
-from gaitopt.ocp.multistep.ground_constraints import Condition, ground_conditions, place_columns
+from gaitopt.ocp.multistep.ground_constraints import PlaceCondition, ground_conditions, place_columns
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Unknown
@@ -152,7 +152,7 @@ def _bounds(
     steps: tuple[Transcription, ...],
     n_variables: int,
     ends: tuple[Mapping[str, int], Mapping[str, int]],
-    conditions: list[Condition],
+    conditions: list[PlaceCondition],
 ) -> Bounds:
     """Return the bounds of all steps, with the stated coordinates of start and end fixed."""
     each = [bounds(transcription, step) for transcription, step in zip(steps, problem.resolved_steps, strict=True)]

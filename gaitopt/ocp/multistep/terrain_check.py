@@ -6,7 +6,7 @@ from gaitopt.model.coordinate_entries import CONTACT, GAP, SLIDE
 from gaitopt.model.terrain import Terrain
 from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, PASSED
 from gaitopt.motion.motion import Array, Motion
-from gaitopt.ocp.multistep.footholds import passes_change
+from gaitopt.ocp.multistep.foothold_ground import passes_change
 from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.reductions import worst
 

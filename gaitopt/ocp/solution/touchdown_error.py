@@ -13,7 +13,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 
-def state_after_phase(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
+def predict_phase_end(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
     """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends when its speed is zero.
 
     During the delay of the end of a slip the rates change by the accelerations of the slip instead of those of the
@@ -22,7 +22,7 @@ def state_after_phase(dynamics: PhaseDynamics, state: Array, torque: Array, p: A
     Parameters
     ----------
     dynamics : PhaseDynamics
-        Of the phase.
+        Dynamics of the phase.
     state : (n_x,) array
         Last state of the phase.
     torque : (n_u,) array
@@ -37,13 +37,13 @@ def state_after_phase(dynamics: PhaseDynamics, state: Array, torque: Array, p: A
     return np.concatenate([q.ravel()[ANGLES], end[ANGLES]])
 
 
-def state_after_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, outcome: Mode) -> Array:
+def predict_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, outcome: Mode) -> Array:
     """Return angles and all rates after the touchdown of a motion that nearly touches down, (n_angles + n_q,).
 
     Parameters
     ----------
     dynamics : PhaseDynamics
-        Of the last phase.
+        Dynamics of the last phase.
     state : (n_x,) array
         Last state of the step.
     torque : (n_u,) array
@@ -60,7 +60,8 @@ def state_after_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, 
 def _build_end_of_slip(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
     """Return (q, v, torque, p) -> rates, with those of the angles at the planned end of a slip."""
     q, v, torque, p = _make_symbols(robot)
-    at_rest = ca.vertcat(0, v[1:])
+    at_rest = ca.MX(v)
+    at_rest[SLIDE] = 0
     during = robot.acceleration[mode](q, v, torque, p)[0]
     after = robot.acceleration[following](q, at_rest, torque, p)[0]
     delay = -v[SLIDE] / during[SLIDE]

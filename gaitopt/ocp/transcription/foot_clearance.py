@@ -71,7 +71,7 @@ def clearance_rows(
     return ca.vertcat(*heights), rows
 
 
-class _Place(NamedTuple):
+class _StancePlace(NamedTuple):
     """Place of the stance foot at the start of the step and slide before a phase, as local variables."""
 
     terrain: SwingTerrain
@@ -79,15 +79,15 @@ class _Place(NamedTuple):
     slid: ca.SX
 
 
-def _place_on_terrain(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVariables, number: int) -> _Place:
+def _place_on_terrain(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVariables, number: int) -> _StancePlace:
     travels = [local.add("travel before", np.array([[column]])) for column in terrain.travels]
     tables = (builder.variables.tables.get((Unknown.SLIDE, phase)) for phase in range(number))
     slides = [local.add("slide before", table[:1, [-1]]) for table in tables if table is not None]
-    return _Place(terrain, sum(travels, ca.SX(0)), sum(slides, ca.SX(0)))
+    return _StancePlace(terrain, sum(travels, ca.SX(0)), sum(slides, ca.SX(0)))
 
 
 def _height_over_terrain(
-    builder: NlpBuilder, over: _Place, contact: ca.SX, foot: ca.SX, p: ca.SX, distance: ca.SX
+    builder: NlpBuilder, over: _StancePlace, contact: ca.SX, foot: ca.SX, p: ca.SX, distance: ca.SX
 ) -> ca.SX:
     """Return the height of the swing foot over the terrain, less the requested clearance [m].
 

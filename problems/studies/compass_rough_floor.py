@@ -1,7 +1,7 @@
 """Compass biped on a rough floor: a step up, a slippery patch on which it slips, and a ramp down; five steps.
 
 The gait begins and ends in the periodic gait on a level floor.  Run it with
-``gaitopt solve problems/compass_rough_floor.py``; change any keyword below with ``--set NAME=VALUE``.
+``gaitopt solve problems/studies/compass_rough_floor.py``; change any keyword below with ``--set NAME=VALUE``.
 """
 
 from gaitopt import GaitProblem, Limits, WarmStart, compass_biped, solve
