@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import ArchiveError, InputError
-from gaitopt.ocp.problem import GaitProblem
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
 
 def is_multistep_problem(problem: object) -> bool:
     """Return whether a script has returned a problem of several steps."""
+    from gaitopt.ocp.problem import GaitProblem
+
     if isinstance(problem, GaitProblem):
         return False
     from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
