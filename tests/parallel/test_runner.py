@@ -240,3 +240,19 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
     with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
         results(math.pow, [Task("square", 2), Task("cube", 3)], 10, execution=Execution(executor=threads))
     assert ended == [False]
+
+
+def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
+    calls, begun = [], threading.Event()
+
+    def work(shared, argument, *needed):
+        assert begun.wait(10)
+        return argument
+
+    def meanwhile():
+        calls.append("called")
+        begun.set()
+
+    with ThreadPoolExecutor(1) as threads:
+        assert results(work, chain(4), execution=Execution(executor=threads), meanwhile=meanwhile).keys() == set("0123")
+    assert calls == ["called"]

@@ -1,5 +1,6 @@
 """Basins of attraction: the endings of walks from a grid of initial states."""
 
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,7 +24,7 @@ from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import BasinWalk, axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
-from gaitopt.study.storage.netcdf_file import import_ahead
+from gaitopt.study.storage.netcdf_file import import_packages
 from gaitopt.study.storage.study_lock import lock_study
 
 if TYPE_CHECKING:
@@ -92,7 +93,6 @@ def basin(
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
     walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
-    import_ahead(execution)
     if path is None:
         return _compute_basin(walk, execution, None)
     with lock_study(path):
@@ -109,7 +109,8 @@ def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> 
     pending = np.flatnonzero(known.outcome == PENDING)
     planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
     record, observer = BasinRecord(known, walk.basin, path), execution.observer
-    running = run_tasks(walk_starts, planned, walk, execution=execution)
+    packages = functools.partial(import_packages, path)
+    running = run_tasks(walk_starts, planned, walk, execution=execution, meanwhile=packages)
     with record:
         collect_tasks(running, record, planned, observer and (lambda *_: observer(record.finished, known.outcome.size)))
     return record.basin()

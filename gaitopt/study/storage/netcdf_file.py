@@ -2,7 +2,6 @@
 
 import contextlib
 import importlib
-import threading
 from collections.abc import Container
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,31 +10,23 @@ import h5py
 
 from gaitopt.motion.atomic import reserve
 from gaitopt.motion.hdf5 import read_hdf5
-from gaitopt.parallel.execution import Execution
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PACKAGES = ("xarray", "h5netcdf", "dask.array", "distributed")
-"""Packages that xarray imports for a table and its file, the last two if they are installed."""
+FOR_TABLES, FOR_FILES = ("xarray", "dask.array"), ("h5netcdf", "distributed")
+"""Packages that xarray imports for a table and for its file, the last one of each if it is installed."""
 
 
-def import_ahead(execution: Execution) -> None:
-    """Import what tables need while workers run: it takes as long as two solves, and an interrupt must not wait for it.
+def import_packages(path: Path | None) -> None:
+    """Import what a table and its file, if there is one, need.
 
-    Parameters
-    ----------
-    execution : Execution
-        Without workers nothing is imported.
+    A study does so while its workers run, so that an interrupt does not wait for it.  A thread must not: packages with
+    circular imports fail if two threads import them.
     """
-
-    def import_packages() -> None:
-        for name in PACKAGES:
-            with contextlib.suppress(ImportError):  # reported when the table is made
-                importlib.import_module(name)
-
-    if execution.executor is not None or execution.workers != 1:
-        threading.Thread(target=import_packages, daemon=True).start()
+    for name in FOR_TABLES if path is None else FOR_TABLES + FOR_FILES:
+        with contextlib.suppress(ImportError):  # reported when the table is made
+            importlib.import_module(name)
 
 
 def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
