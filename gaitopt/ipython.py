@@ -6,6 +6,7 @@ from typing import Any
 DISPLAYED = {
     "gaitopt.motion.gait": "Gait",
     "gaitopt.motion.planar_gait": "PlanarGait",
+    "gaitopt.ocp.multistep.multistep_gait": "MultiStepGait",
     "gaitopt.simulation.simulator": "Rollout",
     "gaitopt.stability.cycle": "Cycle",
     "gaitopt.stability.planar_gaits.planar_cycle": "PlanarCycle",

@@ -1,5 +1,6 @@
 """Named real parameters with units and bounds."""
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -95,6 +96,18 @@ class Parameter:
         return above if math.isinf(self.lower) else f"{below} and {above}"
 
 
+@functools.lru_cache(maxsize=1024)
+def recall_parameter(name: str, unit: str = "1", **interval: Any) -> Parameter:
+    """Return a parameter without default and description, the same at every call: a solve checks many values again.
+
+    Examples
+    --------
+    >>> recall_parameter("intervals", lower=2, whole=True).check(20)
+    20.0
+    """
+    return Parameter(name, 0.0, unit, "", **interval)
+
+
 def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], owner: str) -> dict[str, float]:
     """Fill in defaults and check every value.
 
@@ -163,12 +176,13 @@ def number_within(
     ...
     gaitopt.errors.InputError: Method.order must be at least 1, got 0.
     """
+    interval = {"lower": lower, "upper": upper, "lower_open": lower_open, "infinite": infinite, "whole": whole}
 
     def validate(options: Any, attribute: Any, value: Any) -> None:
         name = f"{type(options).__name__}.{attribute.name}"
         if isinstance(value, str | bytes | bytearray | complex) or (whole and isinstance(value, bool)):
             raise InputError(f"{name} must be a {'whole ' if whole else ''}number, got {value!r}.")
-        Parameter(name, 0.0, unit, "", lower, upper, lower_open, infinite, whole).check(value)
+        recall_parameter(name, unit, **interval).check(value)
 
     return validate
 

@@ -121,7 +121,8 @@ def _print_family(result: "FamilyGaits") -> None:
     from rich.table import Table
 
     out.print(f"status: {result.status.key}, {result.message}, {result.iterations} iterations")
-    out.print("design: " + ", ".join(f"{name} {value:.6g}" for name, value in result.design.items()))
+    if result.design:
+        out.print("design: " + ", ".join(f"{name} {value:.6g}" for name, value in result.design.items()))
     out.print(f"objective: {result.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("gait", "sequence", "speed [m/s]", "step [m]", "friction", "slope [rad]", "objective", "replay"):

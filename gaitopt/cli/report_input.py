@@ -5,17 +5,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitopt.errors import InputError
+from gaitopt.motion.hdf5 import identify_file
 
 if TYPE_CHECKING:
-    from gaitopt.motion.planar_gait import AnyGait
+    from gaitopt.report.page import Reported
     from gaitopt.report.sections import AnyCycle
 
 STARTS = 8
 """Starts of the search for the periodic gaits of a robot with several contacts."""
 
 
-def read_subjects(files: Mapping[str, Path], script: Path | None) -> dict[str, "AnyGait | AnyCycle"]:
-    """Return gaits by label: those of gait files, and the first periodic gait of each walking script.
+def read_subjects(files: Mapping[str, Path], script: Path | None) -> "dict[str, Reported]":
+    """Return gaits by label: those of files, of one or several steps, and the first periodic gait of walking scripts.
 
     Raises
     ------
@@ -23,10 +24,21 @@ def read_subjects(files: Mapping[str, Path], script: Path | None) -> dict[str, "
         If a script has no periodic gait or states an optimisation, or a gait has another robot than the script.
     """
     from gaitopt.cli.script import load_gaits
+    from gaitopt.ocp.multistep.multistep_file import load_steps
 
-    scripts = {label: file for label, file in files.items() if file.suffix == ".py"}
-    gaits = load_gaits({label: file for label, file in files.items() if label not in scripts}, script)
-    return {label: find_cycle(file) if label in scripts else gaits[label] for label, file in files.items()}
+    subjects: dict[str, Reported] = {}
+    for label, file in files.items():
+        if file.suffix == ".py":
+            subjects[label] = find_cycle(file)
+        elif _has_several_steps(file):
+            subjects[label] = load_steps(file)
+        else:
+            subjects |= load_gaits({label: file}, script)
+    return subjects
+
+
+def _has_several_steps(file: Path) -> bool:
+    return file.is_file() and identify_file(file)["kind"] == "gait of several steps"
 
 
 def find_cycle(script: Path) -> "AnyCycle":

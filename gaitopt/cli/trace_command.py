@@ -213,7 +213,7 @@ def _trace(
     def observe(branch: "GaitBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches) + 1}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
 
     try:
         for branch in trace_branches(problem, axis, start=start, options=options, observer=observe):

@@ -1,4 +1,4 @@
-"""Family: several gait problems whose free parameters have the same values in all gaits."""
+"""Family: several gait problems whose free parameters, torques or gains have the same values in all gaits."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.design.shared_quantities import check_shared_quantities
 from gaitopt.errors import InputError
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 @check_arguments
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Several gaits of one walker, whose free parameters have the same values in all of them.
+    """Several gaits of one walker, whose free parameters and other shared quantities have the same values in all.
 
     The gaits may differ in speed, slope, friction, contact sequence, limits and objective.
 
@@ -34,12 +35,16 @@ class Family:
     worst_case : bool
         Whether the largest weighted objective is minimised instead of their sum.
     name : str
+    shared : tuple of str
+        Other quantities with the same values in all gaits: ``"torques"`` at equal fractions of each phase, and
+        ``"gains"`` of the law of :class:`gaitopt.StabilityBound`.  All grids are then those of the problems, by default
+        40 intervals of a sticking phase.
 
     Raises
     ------
     InputError
-        If there are fewer than two problems, they have no free parameters or different ones, or the weights are
-        invalid.
+        If there are fewer than two problems, they share nothing or have different free parameters, or the weights or
+        the shared quantities are invalid.
 
     Examples
     --------
@@ -58,9 +63,11 @@ class Family:
     weights: Sequence[float] | None = None
     worst_case: bool = False
     name: str = "family"
+    shared: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         problems = tuple(self.problems)
+        shared = (self.shared,) if isinstance(self.shared, str) else tuple(self.shared)
         if len(problems) < 2:
             raise InputError(f"A Family needs at least two problems, got {len(problems)}.")
         for number, problem in enumerate(problems, start=1):
@@ -68,14 +75,16 @@ class Family:
             problem.sequence.require_closed("A Family")
             if problem.robot is not problems[0].robot:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
-            if not problems[0].free:
+            if not (problems[0].free or shared):
                 raise InputError("The problems of a Family must have at least one free parameter; problem 1 has none.")
             if problem.free != problems[0].free:
                 raise InputError(
                     f"All problems of a Family must have the same free parameters: problem {number} has "
                     f"free={problem.free}, problem 1 has free={problems[0].free}."
                 )
+        check_shared_quantities(shared, problems)
         object.__setattr__(self, "problems", problems)
+        object.__setattr__(self, "shared", shared)
         object.__setattr__(self, "weights", self._normalise_weights(len(problems)))
 
     def _normalise_weights(self, count: int) -> tuple[float, ...]:
@@ -92,7 +101,8 @@ class Family:
 
         One NLP of all gaits is solved on the coarsest grids, from gaits with the parameters at their start values.
         Each gait is then solved with the optimal parameters on a grid refined for it, and the NLP of all gaits is
-        solved again on these grids, until the parameters no longer change.
+        solved again on these grids, until the parameters no longer change.  If the gaits share other quantities, one
+        NLP of all gaits is solved on their common grid.
 
         Parameters
         ----------

@@ -11,11 +11,13 @@ from attrs import evolve
 
 from gaitopt.design.family import Family
 from gaitopt.design.family_gaits import FamilyGaits
+from gaitopt.design.shared_quantities import list_shared_unknowns
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import solution_of, transfer_solution
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.joint_nlp import SHARE_OF_SUM, JointLayout, join_nlps
 from gaitopt.ocp.nlp.keys import Unknown
@@ -44,6 +46,9 @@ SAME_DESIGN = 1e-6
 NEAR_DESIGN = 0.05
 """Change of the parameters in a round, relative to their ranges, after which no further round follows."""
 
+SAME_OBJECTIVE = 1e-6
+"""Relative change of the objective below which gaits on a common grid are not solved again."""
+
 COARSE_TOLERANCE = 1e-4
 """Tolerance of Ipopt on the coarsest grids."""
 
@@ -54,9 +59,43 @@ COARSE_BARRIER, FINE_BARRIER = 1e-2, 1e-5
 def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
     """Find the parameters and the gaits of a family; see :meth:`gaitopt.Family.solve`."""
     started = time.perf_counter()
+    solve_gaits = _solve_on_common_grid if family.shared else _solve_on_refined_grids
+    return replace(solve_gaits(family, solver, observer), solve_seconds=time.perf_counter() - started)
+
+
+def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
+    """Return the gaits that share torques or gains, from gaits that do not.
+
+    The NLP is solved again until the objective no longer changes with the signs of the joint powers that are located in
+    each solution.
+    """
+    methods = [problem.transcription for problem in family.problems]
+    problems = [
+        problem.replace(transcription=evolve(method, intervals=method.intervals_for(problem.sequence)))
+        for problem, method in zip(family.problems, methods, strict=True)
+    ]
+    family = replace(family, problems=problems)
+    design = {name: problems[0].values[name] for name in problems[0].free}
+    coarse = [problem.replace(transcription=evolve(problem.transcription, tolerance=math.inf)) for problem in problems]
+    best = _conclude(family, [_solve_first(problem, design, observer) for problem in coarse], design)
+    iterations = 0
+    for number in range(ROUNDS if best.status.ok else 0):
+        joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER if number else COARSE_BARRIER)
+        iterations, change = iterations + joint.iterations, abs(joint.objective - best.objective)
+        if joint.status.ok:
+            joint = _conclude(family, joint.gaits, joint.design)
+        best = joint if joint.status.ok or not number else best
+        smooth = all(problem.objective.smooth for problem in problems)
+        if not joint.status.ok or smooth or (number and change <= SAME_OBJECTIVE * abs(joint.objective)):
+            break
+    return replace(best, iterations=iterations)
+
+
+def _solve_on_refined_grids(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
+    """Return the gaits that share parameters, each on a grid refined for it."""
     coarse = _solve_on_coarsest_grids(family, solver, observer)
     if not coarse.status.ok:
-        return replace(coarse, solve_seconds=time.perf_counter() - started)
+        return coarse
     guesses = [FromMotion(gait.motion) for gait in coarse.gaits]
     best, iterations = _solve_each(family, guesses, coarse.design, observer), coarse.iterations
     for number in range(ROUNDS if best.status.ok else 0):
@@ -74,7 +113,7 @@ def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> 
         best = result if number == 0 or result.status.ok else best
         if change < NEAR_DESIGN or not result.status.ok:
             break
-    return replace(best, iterations=iterations, solve_seconds=time.perf_counter() - started)
+    return replace(best, iterations=iterations)
 
 
 def _compare_designs(family: Family, one: Mapping[str, float], other: Mapping[str, float]) -> float:
@@ -133,7 +172,7 @@ def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class _Member:
-    """A gait in the NLP of all gaits: its problem, grid, bounds, data, initial point and multipliers."""
+    """A gait in the NLP of all gaits: its problem, grid, bounds, data, initial point, multipliers, shared unknowns."""
 
     problem: GaitProblem
     method: Method
@@ -142,9 +181,10 @@ class _Member:
     data: Array
     x: Array
     multipliers: tuple[Array, Array]
+    shared: tuple[int, ...]
 
     @classmethod
-    def of(cls, problem: GaitProblem, gait: Gait) -> "_Member":
+    def of(cls, problem: GaitProblem, gait: Gait, names: Sequence[str] = ()) -> "_Member":
         """Return the member of a problem from a gait with about its parameters."""
         solution = gait.solution
         if solution is None:
@@ -158,19 +198,19 @@ class _Member:
         transcription = transcribe_problem(problem, method, schedule)
         x = np.zeros(transcription.variables.size)
         x, multipliers = transfer_solution(solution, transcription, x)
-        x[transcription.variables[Unknown.DESIGN][:, 0]] = [gait.motion.parameters[name] for name in problem.free]
+        if problem.free:
+            x[transcription.variables[Unknown.DESIGN][:, 0]] = [gait.motion.parameters[name] for name in problem.free]
         limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x)
-        return cls(problem, method, transcription, limits, data, x, multipliers)
-
-    @property
-    def shared(self) -> tuple[int, ...]:
-        """Indices of the shared unknowns."""
-        return tuple(self.transcription.variables[Unknown.DESIGN][:, 0].tolist())
+        shared = list_shared_unknowns(transcription, names)
+        return cls(problem, method, transcription, limits, data, x, multipliers, shared)
 
     def read(self, outcome: NlpResult, gait: Gait) -> Gait:
         """Return the gait of a result with its parameters fixed, on the grid that was refined for a gait."""
-        values = clip_values(dict(zip(self.problem.free, outcome.x[list(self.shared)], strict=True)), self.problem.free)
-        design = {name: float(value) for name, value in values.items()}
+        layout, free = self.transcription.variables, self.problem.free
+        parameters = outcome.x[layout[Unknown.DESIGN][:, 0]] if free else ()
+        design = {
+            name: float(value) for name, value in clip_values(dict(zip(free, parameters, strict=True)), free).items()
+        }
         problem = self.problem.fix_parameters(design).without_guess()
         structure = self.transcription.structure
         transcription = transcribe_problem(problem, self.method, structure.schedule)
@@ -183,6 +223,8 @@ class _Member:
         if math.isfinite(problem.transcription.tolerance):
             solution = solution.check_plan()
         result = assemble_gait(solution, {"intervals": list(structure.counts), "transcription": self.method.name})
+        if len(self.shared) > len(free):  # the other shared quantities are not optimal for this gait alone
+            result = result.without_certificate()
         return result.replace_fields(solver=result.solver.replace_fields(cost_error=gait.solver.cost_error))
 
 
@@ -190,7 +232,7 @@ def _solve_jointly(
     family: Family, gaits: Sequence[Gait], solver: NlpSolver, observer: SolveObserver, barrier: float
 ) -> FamilyGaits:
     """Solve the NLP of all gaits from gaits with common parameters."""
-    members = [_Member.of(problem, gait) for problem, gait in zip(family.problems, gaits, strict=True)]
+    members = [_Member.of(problem, gait, family.shared) for problem, gait in zip(family.problems, gaits, strict=True)]
     layout = JointLayout(
         tuple(member.transcription.nlp for member in members),
         tuple(member.shared for member in members),
@@ -199,7 +241,10 @@ def _solve_jointly(
     weights = np.array(family.weights)
     data = np.concatenate([*(member.data for member in members), weights])
     x, multipliers = _initial_point(layout, members, weights)
-    outcome = solver.minimise(join_nlps(layout), x, data, _join_bounds(layout, members), observer, multipliers, barrier)
+    nlp, limits = join_nlps(layout), _join_bounds(layout, members)
+    outcome = solver.minimise(nlp, x, data, limits, observer, multipliers, barrier)
+    if outcome.status.ok:
+        outcome = refine_feasibility(nlp, outcome, data, limits)
     results = [
         member.read(_part(layout, outcome, i, weights[i]), gait)
         for i, (member, gait) in enumerate(zip(members, gaits, strict=True))
@@ -233,6 +278,10 @@ def _initial_point(
 def _join_bounds(layout: JointLayout, members: Sequence[_Member]) -> Bounds:
     """Return the bounds of the NLP of all gaits."""
     lower, upper = (layout.gather([getattr(m.limits, name) for m in members]) for name in ("x_lower", "x_upper"))
+    places = [list(member.shared) for member in members]
+    common = slice(layout.n_shared)
+    lower[common] = np.max([m.limits.x_lower[at] for m, at in zip(members, places, strict=True)], axis=0)
+    upper[common] = np.min([m.limits.x_upper[at] for m, at in zip(members, places, strict=True)], axis=0)
     rows = [np.concatenate([getattr(m.limits, name) for m in members]) for name in ("g_lower", "g_upper")]
     if layout.worst_case:
         lower[layout.n_shared], upper[layout.n_shared] = -np.inf, np.inf

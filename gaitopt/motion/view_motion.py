@@ -71,6 +71,7 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
         distance_row=SLIDE,
         energy=Deferred(lambda: ledger(motion)),
         limits=limits,
+        terrain=motion.terrain,
     )
 
 

@@ -13,7 +13,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
-from gaitopt.ocp.solution.radius_conflict import report_radius_conflict
+from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius, report_radius_conflict
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -180,8 +180,8 @@ def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpS
     """Solve a problem from the optimal gait without its bound on the spectral radius."""
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if gait.status is Status.INFEASIBLE:
-        message = f"{gait.solver.message}, even without the bound on the spectral radius"
-        return gait.with_failure(gait.status, message, gait.solver.conflicts)
+        guesses = [_start(problem, number) for number in range(max(starts or 1, 2))]
+        return check_conflicts_with_radius(problem, gait, guesses, solver, observer)
     if not gait.status.ok:
         return gait
     bounded = _solve_problem(problem.replace(guess=WarmStart(gait)), starts, solver, None, observer)

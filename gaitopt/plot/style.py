@@ -200,7 +200,7 @@ def leg_color(number: int) -> str:
 
 
 def foot_line_style(number: int, leg: int) -> dict[str, Any]:
-    """Return the style of the line of the n-th contact, from 0: the colour of its leg and dashes of its own.
+    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and dashes of its number.
 
     Examples
     --------
@@ -211,14 +211,15 @@ def foot_line_style(number: int, leg: int) -> dict[str, Any]:
 
 
 def angle_symbol(name: str) -> str:
-    r"""Return the text of an angle in a figure: Greek for ``th1`` or ``theta``, otherwise its name.
+    r"""Return the text of an angle in a figure: Greek for ``th1``, ``th_knee`` or ``theta``, otherwise its name.
 
     Examples
     --------
-    >>> angle_symbol("th2"), angle_symbol("knee")
-    ('$\\theta_{2}$', 'knee')
+    >>> angle_symbol("th2"), angle_symbol("knee"), angle_symbol("thrust")
+    ('$\\theta_{2}$', 'knee', 'thrust')
     """
-    match = re.fullmatch(r"th(?:eta)?_?([A-Za-z0-9]*)", name)
+    match = re.fullmatch(r"th(?:eta)?(?:|_?(\d[A-Za-z0-9]*|[A-Za-z])|_([A-Za-z0-9]+))", name)
     if not match:
         return name
-    return rf"$\theta_{{{match[1]}}}$" if match[1] else r"$\theta$"
+    index = match[1] or match[2]
+    return rf"$\theta_{{{index}}}$" if index else r"$\theta$"

@@ -9,7 +9,9 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.report.markup import Element, element, to_html
+from gaitopt.report.multistep_section import multistep_card
 from gaitopt.report.page import read_asset
 from gaitopt.report.sections import AnyCycle, comparison_card, cycle_card, gait_card, walk_card
 from gaitopt.simulation.simulator import Rollout
@@ -20,6 +22,7 @@ from gaitopt.study.comparison import Comparison
 CARDS: dict[type, Callable[[Any], Element]] = {
     Gait: gait_card,
     PlanarGait: gait_card,
+    MultiStepGait: multistep_card,
     Rollout: walk_card,
     Cycle: cycle_card,
     PlanarCycle: cycle_card,
@@ -28,12 +31,12 @@ CARDS: dict[type, Callable[[Any], Element]] = {
 
 
 @check_arguments
-def show_in_notebook(result: Gait | PlanarGait | Rollout | AnyCycle | Comparison) -> str:
+def show_in_notebook(result: Gait | PlanarGait | MultiStepGait | Rollout | AnyCycle | Comparison) -> str:
     """Return a result as HTML for a notebook, in the light or dark colour scheme of the reader.
 
     Parameters
     ----------
-    result : Gait, PlanarGait, Rollout, Cycle, PlanarCycle or Comparison
+    result : Gait, PlanarGait, MultiStepGait, Rollout, Cycle, PlanarCycle or Comparison
 
     Returns
     -------

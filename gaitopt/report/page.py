@@ -10,13 +10,17 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
+from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.report.markup import Element, element, to_html
+from gaitopt.report.multistep_section import multistep_section
 from gaitopt.report.sections import AnyCycle, comparison_section, cycle_section, gait_section
 from gaitopt.version import __version__
 
+Reported = AnyGait | AnyCycle | MultiStepGait
+
 
 @check_arguments
-def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, title: str = "Gait report") -> Path:
+def write_report(gaits: Mapping[str, Reported], path: str | Path, *, title: str = "Gait report") -> Path:
     """Write gaits as one self-contained HTML page.
 
     A player shows the walker of each gait with its contact force in the friction cone and the marks of its slides, and
@@ -25,8 +29,8 @@ def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, t
 
     Parameters
     ----------
-    gaits : mapping of str to Gait, PlanarGait, Cycle or PlanarCycle
-        Optimal gaits, or periodic gaits of simulations, by title.
+    gaits : mapping of str to Gait, PlanarGait, MultiStepGait, Cycle or PlanarCycle
+        Optimal gaits, or periodic gaits of simulations, by title.  Gaits of several steps have no player.
     path : str or Path
         Usually ends in ``.html``.
     title : str
@@ -58,7 +62,7 @@ def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, t
     if not gaits:
         raise InputError("A report needs at least one gait.")
     for gait in gaits.values():
-        if not isinstance(gait, AnyCycle):
+        if not isinstance(gait, AnyCycle | MultiStepGait):
             check_any_gait(gait)
     path = Path(path)
     text = "<!doctype html>\n" + to_html(_page(gaits, title)) + "\n"
@@ -67,7 +71,9 @@ def write_report(gaits: Mapping[str, AnyGait | AnyCycle], path: str | Path, *, t
     return path
 
 
-def _section(gait: AnyGait | AnyCycle, title: str, name: str) -> Element:
+def _section(gait: Reported, title: str, name: str) -> Element:
+    if isinstance(gait, MultiStepGait):
+        return multistep_section(gait, title=title, name=name)
     if isinstance(gait, AnyCycle):
         return cycle_section(gait, title=title, name=name)
     return gait_section(gait, title=title, name=name)
@@ -94,10 +100,10 @@ def content_policy(*scripts: str) -> str:
     )
 
 
-def _page(gaits: Mapping[str, AnyGait | AnyCycle], title: str) -> Element:
+def _page(gaits: Mapping[str, Reported], title: str) -> Element:
     names = {f"gait-{number}": name for number, name in enumerate(gaits, start=1)}
     several = len(gaits) > 1
-    optimal = {title: gait for title, gait in gaits.items() if not isinstance(gait, AnyCycle)}
+    optimal = {title: gait for title, gait in gaits.items() if not isinstance(gait, AnyCycle | MultiStepGait)}
     links = [element("a", title, href=f"#{name}") for name, title in names.items()]
     return document(
         title,

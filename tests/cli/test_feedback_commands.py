@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
 import gaitopt
@@ -199,6 +200,18 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
     assert run(capsys, "export", GAIT, "--law", gains, "-o", str(tmp_path / "torques.json"))[0] == 0
     written = json.loads((tmp_path / "torques.json").read_text(encoding="utf-8"))
     assert written["gains"] == facts["gains"]
+
+
+def test_the_torque_limit_of_a_command_holds_for_the_law_of_a_script(script, slip_gait):
+    first, far = slip_gait.motion.segments[0], np.array([0, 0, 100.0, 100.0])
+    hips = [
+        design_for(slip_gait, slip_gait.robot, f"{script}:hip_spring", limit, False)
+        .law({})
+        .torque_at(0.1, first.q[:, 0] + far, first.v[:, 0] + far)[1]
+        for limit in (1000.0, 6.0)
+    ]
+    assert abs(hips[0]) > 6.5
+    assert abs(hips[1]) == pytest.approx(6.0, abs=1e-9)
 
 
 def test_a_script_without_a_law_is_explained(capsys, script):

@@ -3,6 +3,8 @@
 import pytest
 
 from gaitopt.ocp import load_steps
+from gaitopt.report import show_in_notebook
+from gaitopt.study import load_result
 
 SCRIPT = """
 from gaitopt import Collocation, GaitProblem, Limits, compass_biped
@@ -26,9 +28,15 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert load_steps(folder / "two.h5").problem.name == "period two"
     assert "stick | stick" in command("show", "two.h5").out
     assert command("verify", "two.h5", "--json").json["verification"]["passed"]
-    for name, picture in (("plot", "two.png"), ("animate", "two.gif")):
+    for name, picture in (("plot", "two.png"), ("animate", "two.gif"), ("report", "two.html")):
         assert command(name, "two.h5", "-o", picture).status == 0
         assert (folder / picture).stat().st_size > 0
+    page = (folder / "two.html").read_text(encoding="utf-8")
+    assert page.count("<tr>") >= 7
+    assert "Force ratio and friction cone" in page
+    card = show_in_notebook(load_result(folder / "two.h5"))
+    assert "stick | stick" in card
+    assert "<svg" in card
 
 
 def test_options_for_single_steps_are_refused(command, script):
@@ -43,3 +51,16 @@ def test_an_interrupted_solve_has_its_exit_status(command, script, monkeypatch):
 
     monkeypatch.setattr("gaitopt.cli.multistep_output._describe_iteration", stop)
     assert command("solve", script(SCRIPT), "-o", "two.h5").status == 130
+
+
+@pytest.mark.slow
+def test_the_script_of_the_rough_floor_is_solved_and_drawn(command, folder, root):
+    run = command("solve", root / "problems" / "studies" / "compass_rough_floor.py", "-o", "rough.h5", "--json")
+    assert run.status == 0, run.err
+    assert run.json["verification"]["passed"]
+    steps = run.json["steps"]
+    assert [step["friction"] for step in steps] == [0.5, 0.5, 0.05, 0.5, 0.5]
+    assert [step["rise"] for step in steps[:3]] == pytest.approx([0, 0.01, 0])
+    assert load_steps(folder / "rough.h5").motion.jumps[-1].q_next[1] == pytest.approx(0.01 - 0.02, abs=1e-6)
+    assert command("verify", "rough.h5", "--json").json["verification"]["passed"]
+    assert command("plot", "rough.h5", "-o", "rough.png").status == 0

@@ -111,8 +111,8 @@ def test_the_margin_is_zero_at_a_special_point(low_friction):
     changes = [item for item in follower.follow(low_friction, 1) if isinstance(item, PathChange)]
     assert changes
     for change in changes:
-        assert abs(change.here.margins[change.index]) < 1e-11
-        assert np.delete(change.here.margins, change.index).min() > -1e-9
+        assert abs(change.optimum.margins[change.index]) < 1e-11
+        assert np.delete(change.optimum.margins, change.index).min() > -1e-9
 
 
 def test_a_branch_of_the_other_direction_has_the_same_special_points(problem, diagram):

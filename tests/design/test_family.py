@@ -6,9 +6,21 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Family, GaitProblem, InputError, Limits, compass_biped, rimless_wheel, solve, verify
-from gaitopt.design import family_solve
-from gaitopt.design.family_solve import _Member, _solve_first
+from gaitopt import (
+    Collocation,
+    Family,
+    GaitProblem,
+    InputError,
+    Limits,
+    StabilityBound,
+    assess_stability,
+    compass_biped,
+    rimless_wheel,
+    solve,
+    verify,
+)
+from gaitopt.design import family_solve, planned_gains, planned_law
+from gaitopt.design.family_solve import _join_bounds, _Member, _solve_first
 from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
 from gaitopt.progress import silent
 
@@ -115,6 +127,42 @@ def test_a_family_without_a_gait_reports_which_one_failed():
     assert failed.message.startswith("gait 2: ")
 
 
+def test_gaits_at_two_frictions_share_their_torques():
+    problems = [PROBLEM.replace(friction=friction, free={}) for friction in (0.14, 0.16)]
+    result = Family(problems, shared="torques").solve()
+    assert result.status.ok, result.message
+    assert result.design == {}
+    assert all(gait.certificate is None for gait in result.gaits)
+    for one, other in zip(*(gait.motion.segments for gait in result.gaits), strict=True):
+        assert np.array_equal(one.torque, other.torque)
+    for gait, problem in zip(result.gaits, problems, strict=True):
+        assert gait.motion.parameters["friction"] == problem.friction
+        assert verify(gait).verification.passed
+        assert solve(problem).solver.objective < gait.solver.objective - 0.3
+
+
+def test_gaits_at_two_speeds_share_the_gains_of_their_law():
+    bound = StabilityBound(radius=0.5, gain_limit=5)
+    base = PROBLEM.replace(sequence="stick | stick", friction=0.2, free={}, stability=bound)
+    result = Family([base.replace(speed=speed) for speed in (0.6, 0.65)], shared=["gains"]).solve()
+    assert result.status.ok, result.message
+    gains = [planned_gains(gait) for gait in result.gaits]
+    assert np.array_equal(*gains)
+    assert np.max(np.abs(gains[0])) > 0.1
+    for gait in result.gaits:
+        assert assess_stability(gait, law=planned_law(gait)).radius <= 0.5 + 1e-6
+
+
+def test_the_bounds_of_shared_torques_are_the_narrowest(result):
+    problems = [PROBLEM.replace(limits=Limits(torque=torque)) for torque in (6, 5)]
+    members = [_Member.of(one, gait, ["torques"]) for one, gait in zip(problems, result.gaits, strict=True)]
+    layout = JointLayout(tuple(m.transcription.nlp for m in members), tuple(m.shared for m in members))
+    limits = _join_bounds(layout, members)
+    torques = slice(len(FREE), layout.n_shared)
+    assert np.all(limits.x_lower[torques] == -5)
+    assert np.all(limits.x_upper[torques] == 5)
+
+
 def test_the_summary_is_plain(result):
     summary = result.summarise()
     assert summary["design"] == result.design
@@ -131,6 +179,9 @@ def test_the_summary_is_plain(result):
         (([PROBLEM, PROBLEM], [1]), "weights of a Family must be 2 positive numbers"),
         (([PROBLEM, rimless_wheel()],), "problem 2 of a Family must be a GaitProblem"),
         (([PROBLEM, PROBLEM.replace(sequence="any | any")],), "A Family"),
+        (([PROBLEM] * 2, None, False, "family", "torque"), "no shared quantity 'torque'.*'torques'"),
+        (([PROBLEM] * 2, None, False, "family", ["gains"]), "gain_limit.*problem 1 has stability=None"),
+        (([PROBLEM, PROBLEM.replace(sequence="stick | stick")], None, False, "family", "torques"), "same contact seq"),
     ],
 )
 def test_invalid_families(arguments, reason):

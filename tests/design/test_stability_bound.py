@@ -103,6 +103,41 @@ def test_an_infeasible_bound_is_named_with_the_radius_of_the_optimum_without_it(
     assert report_radius_conflict(loose, failure, gait) is failure
 
 
+def test_a_bound_of_the_radius_is_added_to_the_conflicts_found_without_it():
+    """Without the bound, 1.46 m/s, a leg centre of mass of 1.12 m or 16.6 N m at the hip would suffice."""
+    problem = PROBLEM.replace(
+        free={"leg_com": (0.736, 1.036), "hip_mass": (1.6, 2.3)},
+        friction=0.183,
+        speed=1.687,
+        step_length=0.4752,
+        limits=Limits(torque=10.72),
+        transcription=Collocation(intervals=20),
+    )
+    problem = problem.replace(stability=StabilityBound(radius=0.714))
+    (conflict,) = solve(problem).solver.conflicts
+    assert conflict.name == "speed"
+    assert conflict.sufficient < 1.2
+
+
+def test_the_radius_is_met_where_multipliers_coalesce_and_a_parameter_is_at_its_bound():
+    """A parameter that exceeded its bound by 1e-8 changed this radius by 7e-4: the walk differed from the plan."""
+    problem = SLIPPING.replace(
+        free={"leg_com": (0.786, 1.039), "hip_mass": (2.176, 2.8)},
+        friction=0.142,
+        speed=0.696,
+        step_length=None,
+        limits=Limits(torque=8.44),
+        stability=StabilityBound(radius=0.9245),
+        transcription=Collocation(intervals=20),
+    )
+    gait = verify(solve(problem))
+    assert gait.design["leg_com"] == 1.039
+    assert gait.verification.state_error < 5e-9
+    cycle = assess_stability(gait)
+    assert abs(cycle.multipliers[0] - cycle.multipliers[1]) < 2e-3
+    assert 0.9245 - 1e-6 < cycle.radius <= 0.9245 + 1e-8
+
+
 def test_the_radius_is_met_by_differences_of_the_replayed_map(bounded):
     assert bounded.status.ok
     assert bounded.verification.passed
@@ -132,15 +167,15 @@ def test_a_bound_that_is_not_active_costs_nothing():
 
 
 @pytest.mark.slow
-def test_gains_are_optimised_with_the_gait(bounded, tmp_path):
+def test_gains_are_optimised_with_the_gait(tmp_path):
     bound = StabilityBound(radius=0.3, gain_limit=10)
-    gait = solve(PROBLEM.replace(stability=bound, guess=WarmStart(bounded)))  # 40 times as fast as without the guess
+    gait = solve(PROBLEM.replace(stability=bound))
     assert gait.status.ok
     assert np.max(np.abs(planned_gains(gait))) <= 10 + 1e-6
     again = load(save(gait, tmp_path / "gait.h5"))
     assert planned_gains(again) == pytest.approx(planned_gains(gait))
     assert replayed_multipliers(gait, planned_law(gait)).max() <= 0.3 + 1e-6
-    assert gait.solver.objective < 3  # less than 6.2 for a radius of 0.5 in open loop
+    assert gait.solver.objective == pytest.approx(2.81601, abs=1e-4)  # own value: that of the gait without a bound
 
 
 def test_the_radius_may_be_part_of_the_objective():
@@ -152,12 +187,22 @@ def test_the_radius_may_be_part_of_the_objective():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sequence", ["stick | stick", "slip+ stick | slip+"])
-def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence):
-    """Objective: squared torques plus radius.  Afterwards, the gains of the optimal plan are tuned for the radius."""
-    problem = PROBLEM.replace(sequence=sequence, transcription=Collocation(intervals=20))
+@pytest.mark.parametrize(
+    ("sequence", "objective", "weight", "gain"),
+    [
+        ("stick | stick", "torque_squared", 1.0, 0.01),
+        ("slip+ stick | slip+", "torque_squared", 1.0, 0.01),
+        ("slip+ stick | slip+", "cost_of_transport", 2e-3, 1e-5),
+    ],
+)
+def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence, objective, weight, gain):
+    """Objective: cost plus weighted radius.  Afterwards, the gains of the optimal plan are tuned for the radius.
+
+    The search of these gains starts from those of the joint optimum.
+    """
+    problem = PROBLEM.replace(sequence=sequence, objective=objective, transcription=Collocation(intervals=20))
     plan = solve(problem)
-    problem = problem.replace(stability=StabilityBound(weight=1.0, gain_limit=0.3), guess=WarmStart(plan))
+    problem = problem.replace(stability=StabilityBound(weight=weight, gain_limit=0.3), guess=WarmStart(plan))
     together = solve(problem)
     assert together.status.ok
     transcription = transcribe_problem(problem, problem.transcription)
@@ -169,10 +214,10 @@ def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence):
         return spectral_radius(transcription, solve_deviations(transcription, x, data))
 
     tuned = scipy.optimize.minimize(
-        radius, planned_gains(together).ravel(), method="Nelder-Mead", options={"maxfev": 300}
+        radius, planned_gains(together).ravel(), method="Nelder-Mead", options={"maxfev": 150}
     )
-    assert tuned.fun < assess_stability(plan).radius - 0.05
-    assert together.solver.objective < plan.solver.objective + tuned.fun - 0.01
+    assert tuned.fun < assess_stability(plan).radius - 0.03
+    assert together.solver.objective < plan.solver.objective + weight * tuned.fun - gain
 
 
 def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):

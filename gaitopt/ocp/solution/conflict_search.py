@@ -69,11 +69,13 @@ class ElasticLimits:
         """Return the friction coefficient whose cones contain all forces of a motion; nan if it is not determined."""
         return math.nan
 
-    def exceed_only(self, members: list[int], near: ElasticResult) -> ElasticResult:
-        """Return the motion that exceeds the given limits as little as possible and, if possible, no others."""
+    def exceed_only(
+        self, members: list[int], x: Array, multipliers: tuple[Array, Array] | None = None
+    ) -> ElasticResult:
+        """Return the motion near a point that exceeds some limits as little as possible and, if possible, no others."""
         prices = PROHIBITIVE * self.prices
         prices[members] = self.prices[members]
-        return self._minimise(near.x, prices, near.multipliers)
+        return self._minimise(x, prices, multipliers)
 
     def _minimise(self, x: Array, prices: Array, multipliers: tuple[Array, Array] | None = None) -> ElasticResult:
         return self._elastic.minimise(x, self._data, prices, self._solver, self._observer, multipliers)
@@ -86,6 +88,10 @@ class ElasticLimits:
     def is_feasible(self, result: ElasticResult) -> bool:
         """Return whether a motion satisfies all limits."""
         return result.status.ok and self.excess(result) <= FEASIBLE
+
+    def suffices(self, number: int, result: ElasticResult) -> bool:
+        """Return whether a motion satisfies all limits but one."""
+        return result.status.ok and self.excess(result, without=[number]) <= FEASIBLE
 
     def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...] | ElasticResult:
         """Return the conflicting limits: each one whose relaxation alone suffices or, if there is none, a smallest set.
@@ -113,8 +119,8 @@ class ElasticLimits:
                 alone = self._relax_alone(number, result)
                 if self.is_feasible(alone):
                     return alone
-                if alone.status.ok and self.excess(alone, without=[number]) <= FEASIBLE:
-                    conflicts.append((self.excess(alone), self._conflict(number, alone, separable=True)))
+                if self.suffices(number, alone):
+                    conflicts.append((self.excess(alone), self.record_conflict(number, alone, separable=True)))
             ordered = [conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0])]
             sufficient = tuple(conflict for conflict in ordered if not math.isnan(conflict.sufficient))
             if sufficient:
@@ -132,7 +138,7 @@ class ElasticLimits:
         """Return the motion that exceeds one limit and, if possible, no others."""
         if self.excess(result, without=[number]) <= FEASIBLE:
             return result
-        alone = self.exceed_only([number], result)
+        alone = self.exceed_only([number], result.x, result.multipliers)
         if alone.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         return alone
@@ -140,7 +146,7 @@ class ElasticLimits:
     def list_excesses(self, result: ElasticResult) -> tuple[Conflict, ...]:
         """Return the limits that a motion exceeds, which suffices if all of them are relaxed."""
         numbers = self._find_exceeded_limits(result)
-        return tuple(self._conflict(number, result, separable=len(numbers) == 1) for number in numbers)
+        return tuple(self.record_conflict(number, result, separable=len(numbers) == 1) for number in numbers)
 
     def _find_exceeded_limits(self, result: ElasticResult) -> list[int]:
         return [int(i) for i in np.flatnonzero(self.prices * result.slacks > FEASIBLE)]
@@ -151,14 +157,14 @@ class ElasticLimits:
             rest = [member for member in members if member != number]
             if not rest:
                 break
-            reduced = self.exceed_only(rest, result)
+            reduced = self.exceed_only(rest, result.x, result.multipliers)
             if reduced.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt
             if reduced.status.ok and self.excess(reduced, without=rest) <= FEASIBLE:
                 members, result = rest, reduced
         return self.list_excesses(result)
 
-    def _conflict(self, number: int, result: ElasticResult, *, separable: bool) -> Conflict:
+    def record_conflict(self, number: int, result: ElasticResult, *, separable: bool) -> Conflict:
         """Return the record of a limit that is exceeded in a motion."""
         limit, missing = self.limits[number], float(result.slacks[number])
         side = self._elastic.find_excesses(result.x, self._data)[1][number]

@@ -68,11 +68,13 @@ class ElasticProblem(ElasticLimits):
 
     def minimise_excess(self, guess: Guess) -> ElasticResult:
         """Return the motion near a guess with the least excess over the limits."""
-        with defer_interrupt():
-            x = initial_point(self.transcription, self.problem, guess)
-            if self.problem.stability is not None:
-                x = solve_deviations(self.transcription, x, self._data)
-        return self.minimise_from(x)
+        return self.minimise_from(self.start_near(guess))
+
+    @defer_interrupt()
+    def start_near(self, guess: Guess) -> Array:
+        """Return the initial point from a guess."""
+        x = initial_point(self.transcription, self.problem, guess)
+        return x if self.problem.stability is None else solve_deviations(self.transcription, x, self._data)
 
     def motion(self, result: ElasticResult) -> Motion:
         """Return the motion of a result."""

@@ -166,6 +166,15 @@ class GridSolution:
         outcome = refine_feasibility(self.transcription.nlp, self.outcome, self.data, self.limits)
         return replace(self, outcome=outcome)
 
+    def exceeds_parameter_bounds(self) -> bool:
+        """Return whether a free parameter is beyond its bounds, by the tolerance of a solver."""
+        layout = self.transcription.variables
+        if Unknown.DESIGN not in layout:
+            return False
+        places = layout[Unknown.DESIGN][:, 0]
+        values = self.x[places]
+        return bool(np.any((values < self.limits.x_lower[places]) | (values > self.limits.x_upper[places])))
+
     def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
         """Return the solution with the status of a refinement that was stopped without a result."""
         message = f"{refinement.message}; the result is the solution before this refinement"

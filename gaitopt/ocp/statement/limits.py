@@ -8,14 +8,14 @@ from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
-from gaitopt.parameters import Parameter, as_float, number_within, optional, positive
+from gaitopt.parameters import as_float, number_within, optional, positive, recall_parameter
 
 LARGEST_CLEARANCE = 10.0
 """Largest clearance of the swing foot [m]."""
 
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
-    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
+    return recall_parameter(name, unit, lower=0.0, lower_open=not zero, infinite=True).check(value)
 
 
 @check_arguments
@@ -107,7 +107,7 @@ def _angle_bounds(name: str, limit: object) -> tuple[float, float]:
         return -size, size
     if len(limit) != 2:
         raise InputError(f"{name} must be a number or a pair (lower, upper), got {limit!r}.")
-    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in limit)
+    lower, upper = (recall_parameter(name, "rad").check(bound) for bound in limit)
     if lower >= upper:
         raise InputError(f"{name}: the lower bound {lower:g} must be below the upper bound {upper:g} [rad].")
     return lower, upper
@@ -197,7 +197,7 @@ class Range:
         pair = target if isinstance(target, tuple | list) else (target, target)
         if len(pair) != 2:
             raise InputError(f"{name} must be a number, a pair (lower, upper) or None, got {target!r}.")
-        lower, upper = (Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True).check(bound) for bound in pair)
+        lower, upper = (recall_parameter(name, unit, lower=0.0, lower_open=True).check(bound) for bound in pair)
         if lower > upper:
             raise InputError(f"{name}: the lower bound {lower:g} must not exceed the upper bound {upper:g} [{unit}].")
         return cls(lower, upper)

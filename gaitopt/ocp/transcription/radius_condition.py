@@ -8,7 +8,8 @@ zeros z^3 + a_2 z^2 + a_1 z + a_0 these are
 
 (Jury, Theory and Application of the z-Transform Method, 1964).  The last one is the product of 1 - z_i z_j over the
 pairs of zeros, so it has a simple zero where a complex pair reaches the circle.  With abs(a_0) = 1 the conditions also
-hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.
+hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.  The conditions are multiplied by r^3: a
+small radius would otherwise divide the coefficients by nearly zero.
 """
 
 import math
@@ -27,6 +28,9 @@ STRICTNESS = 2e-7
 """Least value of the other conditions, above the tolerance of a solver: where zeros coalesce on the circle, they change
 by the square root of a violation."""
 
+RELAXATION = 1e-8
+"""Violation of an inequality that a solver accepts."""
+
 
 def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> Block:
     """Return the block that bounds the spectral radius of the return map, with its weight in the objective."""
@@ -35,8 +39,9 @@ def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> B
     radius = local.add("radius", builder.variables[Unknown.RADIUS])
     matrix = ca.reshape(after, len(section.state), count)[section.kept, :]
     coefficients = characteristic_coefficients(matrix, count - section.vanishing)
-    values = jury_conditions([c / radius ** (k + 1) for k, c in enumerate(coefficients)])
-    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), STRICTNESS, math.inf) for i in range(values.numel())]
+    values = jury_conditions([c / radius ** (k + 1) for k, c in enumerate(coefficients)]) - STRICTNESS
+    values *= radius ** len(coefficients)
+    table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), RELAXATION, math.inf) for i in range(values.numel())]
     rows = builder.rows.add(Group.RADIUS, table, [STEP])
     return local.block("radius", values, rows, weight * radius if weight else None)
 

@@ -1,0 +1,64 @@
+"""The part of a page on a gait of several steps: its steps in a table, and its motion over time."""
+
+from gaitopt.motion.link_roles import is_drawable
+from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
+from gaitopt.report.markup import Element, element, table
+from gaitopt.report.motion_charts import portraits, time_charts
+from gaitopt.report.sections import chart_figure
+
+COLUMNS = {
+    "sequence": "sequence",
+    "friction": "friction",
+    "slope": "slope [rad]",
+    "step_length": "length [m]",
+    "duration": "duration [s]",
+    "objective": "objective",
+}
+"""Headings of the facts of a step, by name."""
+
+
+def multistep_section(gait: MultiStepGait, *, title: str, name: str) -> Element:
+    """Return the section of a gait of several steps: facts, steps and charts.
+
+    Parameters
+    ----------
+    gait : MultiStepGait
+    title : str
+    name : str
+        Unique name among the sections of the page.
+    """
+    warning = None if gait.status.ok else f"Not a solution ({gait.status.key}): {gait.status.hint}"
+    charts = [*time_charts(gait.motion, {}), *portraits(gait.motion)] if is_drawable(gait.motion) else []
+    return element(
+        "section",
+        element("h2", title),
+        None if warning is None else element("p", warning, class_="warning"),
+        *_tables(gait),
+        element("div", *map(chart_figure, charts), class_="grid-of-figures"),
+        class_="gait",
+        id=name,
+    )
+
+
+def multistep_card(gait: MultiStepGait) -> Element:
+    """Return a summary of a gait of several steps: its facts, its steps, and its angles over time."""
+    charts = time_charts(gait.motion, {})[:1] if is_drawable(gait.motion) else []
+    return element("div", *_tables(gait), *map(chart_figure, charts))
+
+
+def _tables(gait: MultiStepGait) -> tuple[Element, Element]:
+    """Return the facts of a gait, and those of its steps."""
+    replay = gait.verification
+    verdict = "not replayed" if replay is None else "passed" if replay.passed else "; ".join(replay.reasons)
+    facts = [
+        ("robot", gait.problem.robot.name),
+        ("status", f"{gait.status.key}: {gait.message}"),
+        ("objective", f"{gait.objective:.6g}"),
+        ("periodic", "yes" if gait.problem.periodic else "no"),
+        ("replay", verdict),
+    ]
+    steps = [
+        (str(number), *(value if isinstance(value, str) else f"{value:.4g}" for value in map(step.get, COLUMNS)))
+        for number, step in enumerate(gait.summarise()["steps"], start=1)
+    ]
+    return table(facts, name="Facts"), table(steps, ("step", *COLUMNS.values()), name="Steps")
