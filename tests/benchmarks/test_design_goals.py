@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from gaitopt import Family, GaitProblem, Limits, Pareto, Scenarios, compass_biped, solve
+from gaitopt import Family, GaitProblem, Limits, Pareto, Scenarios, StabilityBound, compass_biped, solve
 from gaitopt.design import check_scenarios, solve_scenarios
 
 PROCESSORS, COLD_SOLVES = 2, 25
@@ -45,6 +45,26 @@ def test_front_of_20_points(benchmark):
     assert (front.verified == 1).all()
     assert difference < 1e-5
     assert ratio < PROCESSORS * COLD_SOLVES  # the two chains are independent
+
+
+def test_front_of_20_spectral_radii(benchmark):
+    lower, upper = 0.58, 0.624
+    problem, cold = slipping(), []
+    solve(problem)
+    for radius in (lower, (lower + upper) / 2, upper):
+        began = time.process_time()
+        solve(problem.replace(stability=StabilityBound(radius=radius)))
+        cold.append(time.process_time() - began)
+    trade_off = Pareto(objectives=("cost", "spectral_radius"), bounds={"spectral_radius": (lower, upper)}, points=20)
+    began = time.process_time()
+    front = benchmark.pedantic(lambda: trade_off.trace(problem), rounds=1, iterations=1)
+    ratio = (time.process_time() - began) / statistics.median(cold)
+    difference = np.abs(front.forward_cost.values / front.backward_cost.values - 1).max()
+    benchmark.extra_info.update(cold_solves=ratio, difference=difference)
+    assert (front.front == 1).all()
+    assert (front.verified == 1).all()
+    assert difference < 1e-5
+    assert ratio < PROCESSORS * COLD_SOLVES
 
 
 def test_robust_gait(benchmark):
