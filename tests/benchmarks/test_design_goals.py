@@ -74,9 +74,12 @@ def test_robust_gait(benchmark):
     robust = check_scenarios(plan.gait, plan.law, scenarios, count=100)
     nominal = check_scenarios(plan.nominal, plan.nominal_law, scenarios, count=100)
     print(
-        f"\npremium {plan.premium:.3f}; survived {robust.survived} and {robust.recovered}, nominal {nominal.survived}"
+        f"\nadditional cost {plan.additional_cost:.3f}; survived {robust.survived} and {robust.recovered}, "
+        f"nominal {nominal.survived}"
     )
-    benchmark.extra_info.update(premium=plan.premium, survived=robust.survived, recovered=robust.recovered)
+    benchmark.extra_info.update(
+        additional_cost=plan.additional_cost, survived=robust.survived, recovered=robust.recovered
+    )
     assert robust.survived == 100
     assert robust.recovered >= 95
     assert nominal.survived < 95
