@@ -31,10 +31,21 @@ COSTLY = (
 """Files whose tests take ten seconds or more; they come first, so that two processes end together."""
 
 
+SLOW_PAGES = "docs/howto/branches.md", "docs/howto/trade_offs.md"
+"""Pages whose examples count as slow tests."""
+
+
 def pytest_addoption(parser):
-    """Add ``--frozen=all``; options belong into the conftest of the root, the only one read before the command line."""
+    """Add options; they belong into the conftest of the root, the only one read before the command line."""
     help_text = "frozen results to compute again: those of the default run, or all (tests/frozen)"
     parser.addoption("--frozen", choices=("default", "all"), default="default", help=help_text)
+    help_text = "tests of two seconds or more: a run of the whole is without them; run only these, or all"
+    parser.addoption("--slow", choices=("without", "only", "all"), help=help_text)
+
+
+def pytest_configure(config):
+    """Register the mark of slow tests."""
+    config.addinivalue_line("markers", "slow: takes two seconds or more; a run of the whole leaves it out (see --slow)")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -43,6 +54,7 @@ def pytest_cmdline_main(config):
     option, whole = config.option, config.args_source is config.ArgsSource.TESTPATHS
     if "PYTEST_XDIST_WORKER" in os.environ:  # this is one of the two
         return
+    option.slow = option.slow or ("without" if whole else "all")  # who names a file runs all of its tests
     if whole and option.numprocesses is None:
         option.numprocesses = 2
     if option.numprocesses:
@@ -65,10 +77,19 @@ def pytest_collection():
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items):
-    """Put the tests of costly files first; all others keep their order."""
+def pytest_collection_modifyitems(config, items):
+    """Leave out slow tests or all others, and put the tests of costly files first; all others keep their order."""
+    if config.option.slow != "all":
+        parts = {slow: [item for item in items if _is_slow(item) is slow] for slow in (True, False)}
+        only = config.option.slow == "only"
+        config.hook.pytest_deselected(items=parts[not only])
+        items[:] = parts[only]
     places = {name: place for place, name in enumerate(COSTLY)}
     items.sort(key=lambda item: places.get(item.nodeid.partition("::")[0], len(COSTLY)))
+
+
+def _is_slow(item):
+    return item.get_closest_marker("slow") is not None or item.nodeid.startswith(SLOW_PAGES)
 
 
 def run_commands(example):

@@ -1,6 +1,7 @@
 """``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -25,6 +26,7 @@ def main() -> None:
         except SystemExit as end:
             if end.code == app.INTERRUPTED:
                 _exit_by_interrupt()
+            gc.freeze()  # the interpreter ends without a search for unreachable objects, a tenth of a solve's time
             raise
 
 

@@ -154,7 +154,7 @@ def _find_wrong_argument(
 
     With `numbers`, numbers fit where an expression is expected.
     """
-    signature = inspect.signature(function)
+    signature = _signature(function)
     try:
         bound = signature.bind(*arguments, **options)
     except TypeError:
@@ -167,6 +167,12 @@ def _find_wrong_argument(
         if value is not parameter.default and not _fits(value, kind, numbers):
             return f"{name}: {argument} must be {_describe(kind)}, got {_shorten(value)}."
     return None
+
+
+@functools.lru_cache(maxsize=1024)
+def _signature(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a function; records are checked again and again."""
+    return inspect.signature(function)
 
 
 def _shorten(value: object) -> str:

@@ -1,5 +1,6 @@
 """Named real parameters with units and bounds."""
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,6 +17,9 @@ __all__ = ["Parameter"]
 
 _NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_)
 """Types whose values Python converts to numbers although they are something else."""
+
+LARGEST_COUNT = 2.0**53
+"""Largest count or seed: all whole numbers up to it have a floating-point representation."""
 
 
 @check_record
@@ -92,6 +96,18 @@ class Parameter:
         return above if math.isinf(self.lower) else f"{below} and {above}"
 
 
+@functools.lru_cache(maxsize=1024)
+def recall_parameter(name: str, unit: str = "1", **interval: Any) -> Parameter:
+    """Return a parameter without default and description, the same at every call: a solve checks many values again.
+
+    Examples
+    --------
+    >>> recall_parameter("intervals", lower=2, whole=True).check(20)
+    20.0
+    """
+    return Parameter(name, 0.0, unit, "", **interval)
+
+
 def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], owner: str) -> dict[str, float]:
     """Fill in defaults and check every value.
 
@@ -160,19 +176,27 @@ def number_within(
     ...
     gaitopt.errors.InputError: Method.order must be at least 1, got 0.
     """
+    interval = {"lower": lower, "upper": upper, "lower_open": lower_open, "infinite": infinite, "whole": whole}
 
     def validate(options: Any, attribute: Any, value: Any) -> None:
         name = f"{type(options).__name__}.{attribute.name}"
         if isinstance(value, str | bytes | bytearray | complex) or (whole and isinstance(value, bool)):
             raise InputError(f"{name} must be a {'whole ' if whole else ''}number, got {value!r}.")
-        Parameter(name, 0.0, unit, "", lower, upper, lower_open, infinite, whole).check(value)
+        recall_parameter(name, unit, **interval).check(value)
 
     return validate
 
 
 def whole_number(lower: int = 1, upper: float = math.inf) -> Validator:
-    """Return a validator of an attrs class for a whole number."""
-    return number_within(lower=lower, upper=upper, whole=True)
+    """Return a validator of an attrs class for a whole number, which floating-point numbers represent exactly."""
+    within = number_within(lower=lower, upper=upper, whole=True)
+    exact = number_within(upper=LARGEST_COUNT, whole=True)
+
+    def validate(options: Any, attribute: Any, value: Any) -> None:
+        within(options, attribute, value)
+        exact(options, attribute, value)
+
+    return validate
 
 
 def positive(unit: str = "1", upper: float = math.inf, *, infinite: bool = False) -> Validator:

@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import Any, Self, TextIO
 
 from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
 
 __all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep", "VerificationStep"]
 
@@ -173,6 +174,11 @@ class ProgressLine:
     stream : text file, optional
         Standard output by default.
 
+    Raises
+    ------
+    InputError
+        If the label is not a text, or the stream cannot be written.
+
     Examples
     --------
     >>> import io
@@ -185,6 +191,10 @@ class ProgressLine:
     """
 
     def __init__(self, label: str = "progress", *, stream: TextIO | None = None) -> None:
+        if not isinstance(label, str):
+            raise InputError(f"label must be a text such as 'sweep', got {label!r}.")
+        if stream is not None and not callable(getattr(stream, "write", None)):
+            raise InputError(f"stream must be a text file such as sys.stderr, got {stream!r}.")
         self._label, self._stream = label, stream
         self._start, self._updated, self._length, self._text = time.monotonic(), 0.0, 0, ""
         self._share: float | None = None

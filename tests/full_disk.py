@@ -8,13 +8,10 @@ of an undisturbed study.
 import functools
 import resource
 import subprocess
-import sys
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
-from tests.studies import STUDIES, finish, is_same, read_results, start, wait_for_orphans
+from tests.studies import STUDIES, disturb, print_faults, run_series, start, wait_for_orphans
 
 LIMITS = {"disk": (resource.RLIMIT_FSIZE, 1e2, 1e6), "memory": (resource.RLIMIT_AS, 5e8, 4e9)}
 """Resource, and the least and the largest limit [bytes]."""
@@ -40,30 +37,22 @@ def run_limited(words, folder, kind, limit):
     return faults, process.returncode != 0
 
 
-def disturb(name, kind, count, report=print):
-    """Run a study with limits, and return what went wrong."""
-    words, faults, stopped = STUDIES[name], [], 0
-    with tempfile.TemporaryDirectory() as top:
-        undisturbed = Path(top) / "undisturbed"
-        undisturbed.mkdir()
-        faults += finish(words, undisturbed)
-        for number, limit in enumerate(np.geomspace(*LIMITS[kind][1:], count)):
-            folder = Path(top) / f"{kind}-{number}"
-            folder.mkdir()
-            found, ended = run_limited(words, folder, kind, int(limit))
-            stopped += ended
-            found += finish(words, folder)
-            if not is_same(read_results(folder), read_results(undisturbed)):
-                found.append("the results differ from those of an undisturbed study")
-            faults += [f"{kind} {number}: {fault}" for fault in found]
-    report(f"{name}, {kind}: {count} limits, of which {stopped} stopped it; {len(faults)} faults", flush=True)
-    for fault in faults:
-        report(f"  {fault}", flush=True)
+def limit_repeatedly(name, kind, count):
+    """Run a study with limits of one kind, and return what went wrong."""
+    stopped = []
+
+    def apply(words, folder, limit):
+        faults, ended = run_limited(words, folder, kind, int(limit))
+        stopped.append(ended)
+        return faults
+
+    _, faults = disturb(name, lambda seconds: np.geomspace(*LIMITS[kind][1:], count), apply)
+    summary = f"{name}, {kind}: {count} limits, of which {sum(stopped)} stopped it; {len(faults)} faults"
+    print_faults(summary, faults)
     return faults
 
 
 if __name__ == "__main__":
-    words = sys.argv[1:]
-    count = int(words.pop(0)) if words and words[0].isdecimal() else 20
-    faults = [fault for name in words or STUDIES for kind in LIMITS for fault in disturb(name, kind, count)]
-    sys.exit(1 if faults else 0)
+    run_series(
+        lambda name, count: [fault for kind in LIMITS for fault in limit_repeatedly(name, kind, count)], STUDIES, 20
+    )

@@ -7,14 +7,11 @@ then continued to the results of an undisturbed one.
 import os
 import signal
 import subprocess
-import sys
-import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 
-from tests.studies import COMMANDS, STUDIES, finish, is_same, read_results, start, stray_files, wait_for_orphans
+from tests.studies import COMMANDS, disturb, print_faults, run_series, start, stray_files, wait_for_orphans
 
 SEED, WITHIN, SLOW = 18, 2.0, 60.0
 """Seed, the time in which a command ends on an idle machine, and the time after which it counts as hanging [s]."""
@@ -47,35 +44,24 @@ def interrupt_once(words, folder, after):
     return faults, seconds
 
 
-def disturb(name, count, report=print):
+def interrupt_repeatedly(name, count):
     """Interrupt a command repeatedly, and return what went wrong."""
-    words, rng, faults, times = COMMANDS[name], np.random.default_rng(SEED), [], []
-    with tempfile.TemporaryDirectory() as top:
-        undisturbed = Path(top) / "undisturbed"
-        undisturbed.mkdir()
-        began = time.monotonic()
-        faults += finish(words, undisturbed)
-        seconds = time.monotonic() - began
-        for number in range(count):
-            folder = Path(top) / f"interrupt-{number}"
-            folder.mkdir()
-            found, took = interrupt_once(words, folder, rng.uniform(0.0, 1.0) * seconds)
-            times.append(took)
-            if name in STUDIES and number % 10 == 0:
-                found += finish(words, folder)
-                if not is_same(read_results(folder), read_results(undisturbed)):
-                    found.append("the results differ from those of an undisturbed study")
-            faults += [f"interrupt {number}: {fault}" for fault in found]
-    late = sum(took > WITHIN for took in times)
-    report(f"{name}: {count} interrupts, {len(faults)} faults; {late} ended after {WITHIN:g} s, the last after "
-           f"{max(times):.1f} s", flush=True)  # fmt: skip
-    for fault in faults:
-        report(f"  {fault}", flush=True)
+    times = []
+
+    def apply(words, folder, after):
+        faults, seconds = interrupt_once(words, folder, after)
+        times.append(seconds)
+        return faults
+
+    def draw(seconds):
+        return np.random.default_rng(SEED).uniform(0.0, 1.0, count) * seconds
+
+    _, faults = disturb(name, draw, apply, every=10)
+    late, last = sum(seconds > WITHIN for seconds in times), max(times, default=0.0)
+    ends = f"{late} ended after {WITHIN:g} s, the last after {last:.1f} s"
+    print_faults(f"{name}: {count} interrupts, {len(faults)} faults; {ends}", faults)
     return faults
 
 
 if __name__ == "__main__":
-    words = sys.argv[1:]
-    count = int(words.pop(0)) if words and words[0].isdecimal() else 60
-    faults = [fault for name in words or COMMANDS for fault in disturb(name, count)]
-    sys.exit(1 if faults else 0)
+    run_series(interrupt_repeatedly, COMMANDS, 60)

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -118,3 +119,55 @@ def finish(words, folder):
 def is_same(one, other):
     """Return whether results are equal, nan included."""
     return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
+
+
+def disturb(name, draw, apply, every=1):
+    """Run a command undisturbed, then with each of some disturbances, after which a study is continued and compared.
+
+    Parameters
+    ----------
+    name : str
+        Key of `COMMANDS`.
+    draw : callable
+        (seconds of the undisturbed command) -> list of disturbances.
+    apply : callable
+        (words, folder, disturbance) -> list of faults of a disturbed command.
+    every : int
+        A study is continued after the first of so many disturbances.
+
+    Returns
+    -------
+    float, list of str
+        Duration of the undisturbed command [s], and the faults.
+    """
+    words, faults = COMMANDS[name], []
+    with tempfile.TemporaryDirectory() as top:
+        undisturbed = Path(top) / "undisturbed"
+        undisturbed.mkdir()
+        began = time.monotonic()
+        faults += finish(words, undisturbed)
+        seconds, expected = time.monotonic() - began, read_results(undisturbed)
+        for number, disturbance in enumerate(draw(seconds)):
+            folder = Path(top) / str(number)
+            folder.mkdir()
+            found = apply(words, folder, disturbance)
+            if name in STUDIES and number % every == 0:
+                found += finish(words, folder)
+                if not is_same(read_results(folder), expected):
+                    found.append("the results differ from those of an undisturbed study")
+            faults += [f"number {number}: {fault}" for fault in found]
+    return seconds, faults
+
+
+def print_faults(summary, faults):
+    """Print a summary and the faults, one a line."""
+    print("\n  ".join([summary, *faults]), flush=True)
+
+
+def run_series(series, names, count):
+    """Run ``[COUNT] [NAME...]`` of the command line, by default all names; ``series(name, COUNT)`` returns faults."""
+    words = sys.argv[1:]
+    if words and words[0].isdecimal():
+        count = int(words.pop(0))
+    faults = [fault for name in words or names for fault in series(name, count)]
+    sys.exit(1 if faults else 0)

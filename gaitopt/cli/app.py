@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.text import Text
@@ -127,9 +127,19 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         return _explain(InputError(fact), words)
     if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):
         raise error
+    _add_setting_hint(error)
     _report(words, "error", error.format_message())  # a usage error of the command-line parser
     error.show()
     return int(error.exit_code)
+
+
+def _add_setting_hint(error: Any) -> None:
+    """Extend the message of an unknown option by how a parameter of a script is changed, if the command does that."""
+    option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
+    if option is None or context is None or getattr(error, "possibilities", None):
+        return
+    if any("--set" in parameter.opts for parameter in context.command.params):
+        error.message += f". A parameter of a problem script is changed by --set {option.lstrip('-')}=VALUE."
 
 
 def _describe_system_error(error: Exception) -> str | None:

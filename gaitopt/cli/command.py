@@ -12,11 +12,16 @@ from typing import Any
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from gaitopt.cli.conversion import convert_plainly
 from gaitopt.errors import InputError
 
 
 class Command(TyperCommand):
     """A command with literal help."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """Return the parameters, which convert texts and paths themselves."""
+        return convert_plainly(super().get_params(ctx))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; raise InputError if its output would replace one of its inputs."""
@@ -30,6 +35,10 @@ class Command(TyperCommand):
 
 class CommandGroup(TyperGroup):
     """A group of commands with literal help."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """Return the parameters, which convert texts and paths themselves."""
+        return convert_plainly(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page."""

@@ -6,11 +6,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.cli.script import load_gait, read_script, require_single_support, require_walk_problem
+from gaitopt.cli.script import (
+    load_any_gait,
+    read_script,
+    require_single_support,
+    require_walk_problem,
+    require_walking,
+)
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import engine_named
 from gaitopt.stability.assessment import assess_stability
@@ -82,6 +89,19 @@ class Request:
         return read_script(self.source, self.settings)()
 
     @functools.cached_property
+    def gait(self) -> AnyGait:
+        """The saved gait.
+
+        Raises
+        ------
+        InputError
+            If an option does not apply to a saved gait, or the file or the script of its robot is invalid.
+        """
+        if self.settings:
+            raise InputError("--set changes the parameters of a script; it is not accepted for a saved gait.")
+        return load_any_gait(self.source, self.script)
+
+    @functools.cached_property
     def problem(self) -> WalkProblem | PlanarWalkProblem:
         """The walking problem of a script.
 
@@ -120,9 +140,7 @@ def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = F
 
 
 def _of_gait(request: Request) -> CommandInput:
-    if request.settings:
-        raise InputError("--set changes the parameters of a script; it is not accepted for a saved gait.")
-    gait = load_gait(request.source, request.script)
+    gait = require_walking(request.gait, request.source)
     robot = gait.robot
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
     engine = engine_named(request.engine, law, robot)

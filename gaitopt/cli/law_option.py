@@ -113,7 +113,7 @@ def custom_design(
 ) -> "ControllerFamily":
     """Return the family of laws that a function (robot, motion, torque_limit) of a script makes.
 
-    The function may return a single law: its gains are tuned.
+    The function may return a single law: its gains are tuned.  Laws without torque limits get those of the command.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def custom_design(
             f"{function}(robot, motion, torque_limit) of {script} must return a Law or a ControllerFamily, it returned "
             f"{type(made).__name__}."
         )
-    return replace(design, name=f"{script}:{function}", settings=replace(design.settings, torque_limit=limit))
+    return replace(design.with_torque_limit(robot, limit), name=f"{script}:{function}")
 
 
 def limit_for(gait: "Gait", torque_limit: float | None) -> float | dict[str, float]:

@@ -23,27 +23,27 @@ ENGINE = "scipy"
 def find_planar_gaits(
     request: "Request", starts: int, *, steps: int, law: "PlanarLawOption"
 ) -> tuple["PlanarCycle", ...] | None:
-    """Return the periodic gaits of a script whose robot has several contacts; None for any other input.
+    """Return the periodic gaits of a robot with several contacts; None for a robot with one foot on the ground.
 
-    The gait of an optimal-control problem is solved and assessed under a law.
+    A saved gait is assessed under a law; the gait of an optimal-control problem is solved before.
 
     Raises
     ------
     InputError
-        If an option does not apply to the script, or no gait is found.
+        If an option does not apply to the source, or no gait is found.
     """
+    from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.multicontact.planar_solver import solve_planar
     from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
-    if not request.is_script:
-        return None
-    if isinstance(request.stated, PlanarProblem):
+    stated = request.stated if request.is_script else request.gait
+    if isinstance(stated, PlanarProblem | PlanarGait):
         _check_options(steps, request.engine)
-        gait = solve_planar(request.stated).require()
+        gait = (stated if isinstance(stated, PlanarGait) else solve_planar(stated)).require()
         return (assess_planar(gait, law.make(gait)),)
-    if isinstance(request.stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
+    if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         return search_planar(request.problem, starts, steps=steps, engine=request.engine)
     return None
 

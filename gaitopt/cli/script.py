@@ -246,7 +246,7 @@ def require_single_support_gait(gait: object) -> Gait:
     """Return a gait, or raise InputError if its robot has several contacts."""
     if not isinstance(gait, Gait):
         raise InputError(
-            "The gait is of a robot with several contacts; 'gaitopt stability SCRIPT --law lqr' (or step_lqr) designs "
+            "The gait is of a robot with several contacts; 'gaitopt stability FILE --law lqr' (or step_lqr) designs "
             "and assesses its feedback."
         )
     return gait
@@ -290,23 +290,12 @@ def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     return gait if script is None else gait.with_robot(_robot_of(script))
 
 
-def load_gait(file: Path, script: Path | None) -> Gait:
-    """Return the gait in a file of a robot with one foot on the ground at a time; errors as :func:`load_any_gait`.
-
-    Raises
-    ------
-    InputError
-        If its robot has several contacts.
-    """
-    return require_walking(load_any_gait(file, script), file)
-
-
 def require_walking(gait: AnyGait, file: Path) -> Gait:
     """Return the gait of a file, or raise InputError if its robot has several contacts."""
     if isinstance(gait, PlanarGait):
         raise InputError(
-            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'plot', 'animate', "
-            "'report' and 'export' to CSV or JSON accept it, and 'gaitopt stability' and 'simulate' accept its script."
+            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'plot', "
+            "'animate', 'report' and 'export' to CSV or JSON accept it."
         )
     return gait
 

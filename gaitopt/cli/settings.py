@@ -87,7 +87,7 @@ def read_terrain(rises: list[str] | None, patches: list[str] | None) -> Terrain 
     Examples
     --------
     >>> read_terrain(["1.2:-0.02"], None)
-    Terrain(steps=((1.2, -0.02),), patches=())
+    Terrain(steps=((1.2, -0.02),), patches=(), ramps=())
     """
     if not rises and not patches:
         return None

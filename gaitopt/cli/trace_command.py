@@ -1,5 +1,6 @@
 """The command on branches of gaits over a parameter."""
 
+import contextlib
 import functools
 import sys
 import time
@@ -138,23 +139,26 @@ def trace(
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.trace_optimum_command import states_optimum, trace_optima
     from gaitopt.continuation.tracing import TraceOptions
+    from gaitopt.study.storage.study_lock import lock_study
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if output is not None:
         _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
-    if request.is_script and states_optimum(request):
-        trace_optima(request, (over, second), (points, replay, sequences, neighbours), output, json=json, quiet=quiet)
-        return
-    options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
-    with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
-        options = attrs.evolve(options, checkpoint=checkpoint)
-        with show_progress("tracing", hidden=json) as display:
-            diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
-        if checkpoint is not None and diagram.complete:
-            checkpoint.delete()
-    problem_of = functools.partial(_find_problem, request, over)
-    _report(diagram, output, problem_of, json=json, seconds=time.perf_counter() - began)
+    with contextlib.nullcontext() if output is None else lock_study(output):
+        if request.is_script and states_optimum(request):
+            choices = points, replay, sequences, neighbours
+            trace_optima(request, (over, second), choices, output, json=json, quiet=quiet)
+            return
+        options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
+        with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
+            options = attrs.evolve(options, checkpoint=checkpoint)
+            with show_progress("tracing", hidden=json) as display:
+                diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
+            if checkpoint is not None and diagram.complete:
+                checkpoint.delete()
+        problem_of = functools.partial(_find_problem, request, over)
+        _report(diagram, output, problem_of, json=json, seconds=time.perf_counter() - began)
 
 
 def _open_checkpoint(
@@ -162,14 +166,13 @@ def _open_checkpoint(
 ) -> "AbstractContextManager[Checkpoint | None]":
     """Return the checkpoint beside the output; none without a dataset."""
     import hashlib
-    from contextlib import nullcontext
 
     from gaitopt.continuation.checkpoint import SUFFIX, Checkpoint
 
     if output is None or output.suffix.lower() != TABLE:
-        return nullcontext()
+        return contextlib.nullcontext()
     if not request.source.is_file():
-        return nullcontext()  # which is reported when it is read
+        return contextlib.nullcontext()  # which is reported when it is read
     digest = hashlib.sha256(request.source.read_bytes()).hexdigest()
     facts: dict[str, Any] = {"source": digest, "settings": request.settings, "ranges": ranges, "engine": request.engine}
     facts |= {name: getattr(options, name) for name in ("doublings", "deflate", "starts")}
@@ -210,7 +213,7 @@ def _trace(
     def observe(branch: "GaitBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches) + 1}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
 
     try:
         for branch in trace_branches(problem, axis, start=start, options=options, observer=observe):

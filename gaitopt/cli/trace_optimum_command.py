@@ -112,7 +112,7 @@ def trace_script(
     def observe(branch: "OptimalBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches) + 1}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
 
     tracer = OptimumTracer(problem, {name: (low, high)}, options, observe)
     try:

@@ -7,9 +7,6 @@ from rich.text import Text
 from gaitopt.cli.output import out
 from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
 
-LONGEST = 44
-"""Characters of a contact sequence that are shown."""
-
 
 def print_diagram(diagram: BranchDiagram) -> None:
     """Print branches, and their special points in order."""
@@ -25,11 +22,11 @@ def print_diagram(diagram: BranchDiagram) -> None:
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
     for column in ("branch", "kind", Text(f"{diagram.parameter}{unit}"), "before", "after"):
-        special.add_column(column, no_wrap=True)
+        special.add_column(column, no_wrap=column not in ("before", "after"))
     for number, branch in enumerate(diagram.branches):
         for point in branch.special:
             after = "" if point.after == point.before else point.after
-            names = [Text(_shorten(name)) for name in (point.before, after)]
+            names = [Text(count_steps(name).replace("; ", ";\n")) for name in (point.before, after)]
             special.add_row(str(number), point.kind.label, f"{point.value:.9f}", *names)
     if special.row_count:
         out.print(special)
@@ -52,15 +49,3 @@ def _curve_table(diagram: BranchDiagram) -> Table:
         ends = [Text(end.replace("_", " ")) for end in (curve.begin, curve.end)]
         table.add_row(curve.kind.label, str(len(curve.values)), *spans, *ends)
     return table
-
-
-def _shorten(text: str) -> str:
-    """Return a contact sequence with repeated steps counted, and shortened if it is long.
-
-    Examples
-    --------
-    >>> _shorten("stick | stick; stick | stick")
-    '2 x (stick | stick)'
-    """
-    text = count_steps(text)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."

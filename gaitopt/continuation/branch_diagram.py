@@ -219,6 +219,17 @@ def section_unit(name: str) -> str:
     return "rad/s" if name.endswith("_rate") else "rad"
 
 
+def distinct_steps(sequence: str) -> str:
+    """Return the contact sequences of the steps of a gait without repetition.
+
+    Examples
+    --------
+    >>> distinct_steps("slip+ stick | stick; stick | stick; slip+ stick | stick")
+    'slip+ stick | stick; stick | stick'
+    """
+    return "; ".join(dict.fromkeys(sequence.split("; ")))
+
+
 def count_steps(sequence: str) -> str:
     """Return the contact sequences of the steps of a gait, those that are all equal only once.
 

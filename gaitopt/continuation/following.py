@@ -157,23 +157,23 @@ class BranchFollower:
         If the branch ends at one of them, this one is returned as well, and the last point before it is in the list.
         """
         stepper, specials = self.stepper, list[CurvePoint | SpecialPoint]()
-        here = point
+        latest = point
         for near, far in self._find_brackets(point, following):
-            specials += smooth_special_points(stepper, here, near, self.name) if near is not here else []
+            specials += smooth_special_points(stepper, latest, near, self.name) if near is not latest else []
             change = describe_change(stepper, near, far, self.name)
             if not self.continues(near.sample, far.sample):
                 self.beyond = far
                 return [*specials, *([near] if near is not point else []), change], following, change
             specials += [*([near] if near is not point else []), change, *([far] if far is not following else [])]
-            here = far
-        if here is not point and here is not following:
-            away = stepper.position(following) - stepper.position(here)
+            latest = far
+        if latest is not point and latest is not following:
+            away = stepper.position(following) - stepper.position(latest)
             if away @ following.tangent < 0:
                 following = replace(following, tangent=-following.tangent)
-            if away @ here.tangent < 0:
-                here = replace(here, tangent=-here.tangent)
-        if here is not following:
-            specials += smooth_special_points(stepper, here, following, self.name)
+            if away @ latest.tangent < 0:
+                latest = replace(latest, tangent=-latest.tangent)
+        if latest is not following:
+            specials += smooth_special_points(stepper, latest, following, self.name)
         return specials, following, None
 
     def _cross(self, point: CurvePoint) -> SpecialPoint | tuple[SpecialPoint, CurvePoint]:

@@ -2,38 +2,36 @@
 
 A curve is followed by its tangent in the plane of the scaled parameters.  Its next point is located along the line
 across the tangent through the predicted point, as a special point of the one-parameter family on this line.  No
-equations beyond those of one parameter are needed, so every kind of special point has a curve.
+equations beyond those of one parameter are needed, so every kind of special point has a curve.  The points of
+codimension two at which a curve ends or turns sharply are located in :mod:`gaitopt.continuation.codimension_two`.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-import attrs
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
-from gaitopt.continuation.following import BranchFollower
-from gaitopt.continuation.gait_family import name_structure
+from gaitopt.continuation.codimension_two import locate_corner, locate_meeting
 from gaitopt.continuation.gait_lookup import gaits_at
 from gaitopt.continuation.gait_source import AnyFamily, AnyWalkProblem, make_gait_source
-from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
+from gaitopt.continuation.line_search import LineSearch, PlanePoint
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 
-REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)
-"""Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
-BEND, LEAST_REACH = 4.0, 1e-3
-"""The first search begins at `BEND` times the distance of the last point from its prediction, relative to the step."""
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 """Step lengths in the plane of the parameters, relative to their ranges."""
+CLOSE = 0.02
+"""Distance from the end of a curve within which a point of codimension two is sought there."""
+FINEST = 2e-4
+"""Distance of the points from which a point of codimension two is located."""
 MOST_POINTS = 400
 ON_BORDER = 1e-9
 """Scaled distance from the border of the range within which a curve ends at its start."""
-NOT_FOUND = "no such point found beyond"
 
 CurveObserver = Callable[[SpecialCurve], None]
 """Called with a curve whenever a point of it has been added."""
@@ -101,25 +99,6 @@ def trace_curve(
 
 
 @dataclass(frozen=True, eq=False)
-class _Located:
-    """A special point in the plane, and a gait beside it from which the search for the next one starts.
-
-    Attributes
-    ----------
-    place : (2,) array
-    special : SpecialPoint
-    near : (n,) array
-    offset : float
-        Distance from the prediction, relative to the step.
-    """
-
-    place: Array
-    special: SpecialPoint
-    near: Array
-    offset: float = REACHES[0] / BEND
-
-
-@dataclass(frozen=True, eq=False)
 class _Plane:
     """The plane of two parameters in which a curve is followed, scaled by their ranges."""
 
@@ -138,14 +117,20 @@ class _Plane:
     def scale(self) -> Array:
         return np.abs(np.array([np.subtract(*self.diagram.ends), np.subtract(*self.ends)]))
 
+    @property
+    def bounds(self) -> Array:
+        """Scaled range of each parameter, shape (2, 2)."""
+        return np.sort(np.array([self.diagram.ends, self.ends]), axis=1) / self.scale[:, None]
+
     def follow(self, special: SpecialPoint, observer: CurveObserver) -> SpecialCurve:
         """Return the curve through a special point."""
         value = float(make_gait_source(self.problem, {self.second: self.ends}).values[self.second])
-        start = _Located(np.array([special.value, value]) / self.scale, special, special.z)
-        family = self._family(special)
+        place = np.array([special.value, value]) / self.scale
+        start = PlanePoint(place, special, special.z, np.array([self._direction(special), 0.0]))
+        search = LineSearch(self._family(special), self.names, self.scale, self.options)
         located, ends = [start], []
         for sign in (1.0, -1.0):
-            side, end = self._follow_side(family, start, sign, lambda part: observer(self._curve(part, ("", ""))))
+            side, end = self._follow_side(search, start, sign, lambda part: observer(self._curve(part, ("", ""))))
             if end == "closed":
                 return self._curve([start, *side], ("closed", "closed"))
             located = [*located, *side] if sign > 0 else [*reversed(side), *located]
@@ -153,85 +138,55 @@ class _Plane:
         return self._curve(located, (ends[1], ends[0]))
 
     def _follow_side(
-        self, family: AnyFamily, start: _Located, sign: float, observe: Callable[[list[_Located]], None]
-    ) -> tuple[list[_Located], str]:
+        self, search: LineSearch, start: PlanePoint, sign: float, observe: Callable[[list[PlanePoint]], None]
+    ) -> tuple[list[PlanePoint], str]:
         """Return the points of the curve on one side of its start, and the reason for which it ends there."""
         tangent, step = np.array([0.0, sign]), FIRST_STEP
-        points, last = list[_Located](), start
+        points, last = list[PlanePoint](), start
         if not self._contains(start.place + ON_BORDER * tangent):
             return points, "range_end"
         while len(points) < MOST_POINTS:
-            following = self._locate(family, last, last.place + step * tangent, tangent, step)
+            following = search.locate(last, last.place + step * tangent, last.across(tangent), step)
             if isinstance(following, str):
-                step /= 2
+                meeting = locate_meeting(search, last, tangent, step, FINEST) if step < CLOSE else None
+                if meeting is not None and self._contains(meeting.point.place):
+                    return [*points, meeting.point], f"meets {meeting.kind.label}"
+                step /= 4
                 if step < SHORTEST_STEP:
                     return points, following
                 continue
-            move = following.place - last.place
-            tangent, step = move / np.linalg.norm(move), min(1.5 * step, LONGEST_STEP)
-            points.append(following)
-            observe(points)
             if not self._contains(following.place):
-                return points, "range_end"
+                return [*points, self._reach_border(search, last, following)], "range_end"
+            corner = locate_corner(search, last, following, SHORTEST_STEP)
+            points += [following] if corner is None else [corner, following]
+            move = following.place - (last if corner is None else corner).place
+            tangent, step = move / np.linalg.norm(move), min(1.5 * step, LONGEST_STEP)
+            observe(points)
             if len(points) > 2 and float(np.linalg.norm(following.place - start.place)) < step:
                 return [*points, start], "closed"
             last = following
         return points, "most_points"
 
     def _contains(self, place: Array) -> bool:
-        bounds = np.array([self.diagram.ends, self.ends])
-        values = place * self.scale
-        return bool(np.all((values >= bounds.min(axis=1)) & (values <= bounds.max(axis=1))))
+        return bool(np.all((place >= self.bounds[:, 0]) & (place <= self.bounds[:, 1])))
 
-    def _locate(self, family: AnyFamily, last: _Located, place: Array, tangent: Array, step: float) -> _Located | str:
-        """Return the special point of the same kind on the line across the tangent, or why there is none."""
-        normal = np.array([tangent[1], -tangent[0]])
-        normal *= np.sign(normal @ self._towards(last)) or 1.0
-        line = {
-            name: (float(origin), float(slope))
-            for name, origin, slope in zip(self.names, place * self.scale, normal * self.scale, strict=True)
-        }
-        across = replace(family, line=line, parameter="", value_scale=step)
-        reasons = list[str]()
-        first = max(BEND * last.offset, LEAST_REACH)
-        for reach in (*([first] if first < REACHES[0] else []), *REACHES):
-            found = self._search(across, last, reach * step, 2.5 * max(reach, 0.4) * step)
-            if not isinstance(found, str):
-                share, special, near = found
-                return _Located(place + share * normal, special, near, abs(share) / step)
-            reasons.append(found)
-        return next((reason for reason in reasons if reason != NOT_FOUND), NOT_FOUND)
+    def _reach_border(self, search: LineSearch, last: PlanePoint, following: PlanePoint) -> PlanePoint:
+        """Return the point of the curve on the border of the range, between a point inside and one outside."""
+        border = np.clip(following.place, *self.bounds.T)
+        axis = int(np.argmax(np.abs(following.place - border)))
+        move = following.place - last.place
+        share = (border[axis] - last.place[axis]) / move[axis]
+        length = float(np.linalg.norm(move))
+        line = np.eye(2)[1 - axis]
+        normal = line if line @ last.across(move / length) >= 0 else -line
+        point = search.locate(last, last.place + share * move, normal, length)
+        return following if isinstance(point, str) else point
 
-    def _towards(self, last: _Located) -> Array:
-        """Return the direction in which the branch of the diagram passes the special point, or approaches its end."""
-        branch, special = self.diagram.branches[self.branch], last.special
-        first, final = (float(value) for value in branch.values[[0, -1]])
-        value = float(last.place[0] * self.scale[0])
-        begins = not special.multipliers_after.size and abs(value - first) < abs(value - final)
-        return np.array([first - final if begins else final - first, 0.0])
-
-    def _search(
-        self, family: AnyFamily, last: _Located, reach: float, length: float
-    ) -> tuple[float, SpecialPoint, Array] | str:
-        """Return the place of the special point on a line, the point, and a gait before it; or why there is none."""
-        arclength = self.options.arclength
-        arclength = attrs.evolve(arclength, first_step=min(arclength.first_step, 2 * reach / family.value_scale))
-        stepper = Stepper(family, arclength, self.options.checkpoint)
-        start = stepper.initialise(last.near, -reach, 1.0)
-        if start is None:
-            return NOT_FOUND
-        if name_structure(start.sample.structure) != last.special.before:
-            return f"the gait before it becomes '{name_structure(start.sample.structure)}'"
-        follower, before = BranchFollower(stepper, (-reach, length), name_structure), start
-        for item in follower.follow(start):
-            if isinstance(item, CurvePoint):
-                before = item
-            elif item.kind is last.special.kind and item.before == last.special.before:
-                near = before.z if before is not start else start.z
-                return item.value, item, near
-            else:
-                return f"meets {item.kind.label}"
-        return NOT_FOUND
+    def _direction(self, special: SpecialPoint) -> float:
+        """Return the sign with which the branch of the diagram passes a special point, or approaches its end."""
+        first, final = (float(value) for value in self.diagram.branches[self.branch].values[[0, -1]])
+        begins = not special.multipliers_after.size and abs(special.value - first) < abs(special.value - final)
+        return float(np.sign(first - final if begins else final - first)) or 1.0
 
     def _family(self, special: SpecialPoint) -> AnyFamily:
         gaits = [
@@ -247,7 +202,7 @@ class _Plane:
         family = source.start(gaits[0], special.value).family
         return replace(family, parameters={**family.parameters, **source.values})
 
-    def _curve(self, located: list[_Located], ends: tuple[str, str]) -> SpecialCurve:
+    def _curve(self, located: list[PlanePoint], ends: tuple[str, str]) -> SpecialCurve:
         first = located[0].special
         return SpecialCurve(
             kind=first.kind,

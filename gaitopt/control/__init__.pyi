@@ -14,3 +14,5 @@ from gaitopt.control.signature import law_inputs as law_inputs
 from gaitopt.control.signature import make_memory as make_memory
 from gaitopt.control.state_feedback import state_feedback as state_feedback
 from gaitopt.control.step_to_step import step_to_step as step_to_step
+from gaitopt.control.torque_saturation import limit_torque as limit_torque
+from gaitopt.control.torque_saturation import torque_limits as torque_limits

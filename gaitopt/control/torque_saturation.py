@@ -31,6 +31,12 @@ def torque_limits(robot: Robot | PlanarRobot, limits: float | Mapping[str, float
     ------
     InputError
         If a limit is not positive or its name is not that of an actuator.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> torque_limits(compass_biped(), {"ankle": 5.0, "hip": 8.0}).tolist()
+    [5.0, 8.0]
     """
     by_name = dict(limits) if isinstance(limits, Mapping) else dict.fromkeys(robot.actuators, limits)
     for name in by_name:
@@ -52,6 +58,13 @@ def limit_torque(law: Law, limits: Array) -> Law:
     ------
     InputError
         If the law already has limits.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, push_off
+    >>> robot = compass_biped()
+    >>> limit_torque(push_off(robot, torque=-9.0, duration=0.1), torque_limits(robot, 6.0)).limited
+    True
     """
     if not limits.size:
         return law

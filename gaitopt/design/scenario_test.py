@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -66,15 +66,15 @@ class ScenarioTest:
 
     Examples
     --------
-    >>> ScenarioTest(100, 100, 100, 97, ()).recovered
-    97
+    >>> ScenarioTest(100, 100, 100, 97, ())
+    ScenarioTest(scenarios=100, survived=100, pushed=100, recovered=97)
     """
 
     scenarios: int
     survived: int
     pushed: int
     recovered: int
-    failures: tuple[Walk, ...]
+    failures: tuple[Walk, ...] = field(repr=False)
 
 
 @check_arguments

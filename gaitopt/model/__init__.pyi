@@ -53,3 +53,4 @@ from gaitopt.model.robots.spoked_wheel import spoked_wheel as spoked_wheel
 from gaitopt.model.robots.telescoping_biped import telescoping_biped as telescoping_biped
 from gaitopt.model.robots.vertical_hopper import vertical_hopper as vertical_hopper
 from gaitopt.model.terrain import Terrain as Terrain
+from gaitopt.model.uneven_ground import adapt_to_uneven_ground as adapt_to_uneven_ground

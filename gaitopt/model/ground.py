@@ -7,7 +7,7 @@ from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.model.terrain import TERRAIN, Terrain
+from gaitopt.model.terrain import TERRAIN, Terrain, check_terrain
 from gaitopt.parameters import Parameter
 
 GROUND = (
@@ -35,7 +35,7 @@ class Ground(Mapping[str, Any]):
     static_friction : float, optional
         Coefficient of static friction, at least `friction`; by default equal to it.
     terrain : Terrain, optional
-        Steps in height and patches of other friction, for simulations of robots with several contacts.
+        Steps, ramps and patches of other friction.
 
     Raises
     ------
@@ -56,6 +56,7 @@ class Ground(Mapping[str, Any]):
     terrain: Terrain | None = None
 
     def __post_init__(self) -> None:
+        check_terrain(self.terrain)
         for parameter in GROUND[:2]:
             parameter.check(getattr(self, parameter.name))
         if self.static_friction is not None and not self.static_friction >= self.friction:

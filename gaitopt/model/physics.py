@@ -171,31 +171,31 @@ def find_differences(expected: PhysicsSamples, robot: AnyRobot) -> tuple[str, ..
     if shape:
         return shape
     sampled = sample_physics(robot, expected.points).values
-    found = []
+    differences = []
     for name in dict.fromkeys([*expected.values, *sampled]):
-        there, here = expected.values.get(name), sampled.get(name)
-        if there is None or here is None or there.shape != here.shape:
-            found.append(f"{name} (of another size)")
-        elif not (difference := _difference(there, here)) <= AGREEMENT:
-            found.append(f"{name} (by {100 * difference:.2g} %)" if math.isfinite(difference) else name)
-    return tuple(found)
+        reference, actual = expected.values.get(name), sampled.get(name)
+        if reference is None or actual is None or reference.shape != actual.shape:
+            differences.append(f"{name} (of another size)")
+        elif not (difference := _difference(reference, actual)) <= AGREEMENT:
+            differences.append(f"{name} (by {100 * difference:.2g} %)" if math.isfinite(difference) else name)
+    return tuple(differences)
 
 
 def _shape_differences(expected: PhysicsSamples, robot: AnyRobot) -> tuple[str, ...]:
     """Return differences in the numbers of angles and actuators and in the names of parameters."""
     points = expected.points
-    found = [
-        f"number of {kind} ({here} instead of {there})"
-        for kind, here, there in (
+    differences = [
+        f"number of {kind} ({actual} instead of {reference})"
+        for kind, actual, reference in (
             ("angles", robot.n_q - 2, points["q"].shape[0] - 2)
             if isinstance(robot, Robot)
             else ("coordinates", robot.n_q, points["q"].shape[0]),
             ("actuators", robot.n_u, points["u"].shape[0]),
         )
-        if here != there
+        if actual != reference
     ]
-    if found:
-        return tuple(found)
+    if differences:
+        return tuple(differences)
     named = {parameter.name for parameter in robot.parameters}
     known = set(points) - {"q", "v", "u", "w", "impulse"}
     lacking = [f"no parameter {name!r}" for name in sorted(known - named)]

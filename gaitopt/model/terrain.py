@@ -1,4 +1,4 @@
-"""Terrain: steps in height and patches of other friction as functions of the place along the ground."""
+"""Terrain: steps, ramps and patches of other friction as functions of the place along the ground."""
 
 import bisect
 import functools
@@ -16,30 +16,45 @@ TERRAIN = "terrain"
 
 
 class Piece(NamedTuple):
-    """A part of the terrain with one height and one friction.
+    """A part of the terrain with one height or one grade, and one friction.
 
     Attributes
     ----------
     begin, end : float [m]
         Its places along the ground; infinite for the first and the last piece.
     height : float [m]
+        Height at its begin; of the first piece, everywhere.
     friction : float or None
         Coefficient of kinetic friction; None where it is the parameter ``friction``.
+    grade : float
+        Rise over distance, 0 unless it is part of a ramp.
     """
 
     begin: float
     end: float
     height: float
     friction: float | None
+    grade: float = 0.0
+
+    @property
+    def line(self) -> tuple[float, float]:
+        """Height at place 0 of the extended piece [m], and its grade."""
+        return (self.height - self.grade * self.begin if self.grade else self.height), self.grade
+
+    @property
+    def incline(self) -> float:
+        """Inclination against the plane, uphill positive [rad]."""
+        return math.atan(self.grade)
 
 
 @check_arguments
 @dataclass(frozen=True)
 class Terrain:
-    """Steps in height and patches of other friction along the ground.
+    """Steps, ramps and patches of other friction along the ground.
 
-    Height and friction are constant between their changes.  The height is measured across the slope and is 0 before the
-    first step.  The ratio of static to kinetic friction is the same everywhere.
+    The height is measured across the slope and is 0 before the first step or ramp; it is constant except on ramps.  The
+    ratio of static to kinetic friction is the same everywhere.  Simulations of robots with several contacts accept no
+    ramps.
 
     Parameters
     ----------
@@ -47,6 +62,8 @@ class Terrain:
         Places along the ground and changes of the height there [m]; a negative rise is a step down.
     patches : sequence of (begin, end, friction)
         First and last place of each patch [m], and its coefficient of kinetic friction.
+    ramps : sequence of (begin, end, rise)
+        First and last place of each ramp [m], and the change of the height along it [m].
 
     Raises
     ------
@@ -57,38 +74,41 @@ class Terrain:
     --------
     >>> terrain = Terrain(steps=[(1.2, -0.02)], patches=[(0.8, 1.4, 0.1)])
     >>> terrain.height(1.5), terrain.pieces[1]
-    (-0.02, Piece(begin=0.8, end=1.2, height=0.0, friction=0.1))
+    (-0.02, Piece(begin=0.8, end=1.2, height=0.0, friction=0.1, grade=0.0))
     """
 
     steps: Sequence[tuple[float, float]] = ()
     patches: Sequence[tuple[float, float, float]] = ()
+    ramps: Sequence[tuple[float, float, float]] = ()
 
     def __post_init__(self) -> None:
         steps = _read_rows("steps", "(place, rise)", self.steps, 2)
         patches = _read_rows("patches", "(begin, end, friction)", self.patches, 3)
+        ramps = _read_rows("ramps", "(begin, end, rise)", self.ramps, 3)
         object.__setattr__(self, "steps", tuple(sorted(steps)))
+        object.__setattr__(self, "ramps", tuple(sorted(ramps)))
         object.__setattr__(self, "patches", tuple(sorted(patches)))
         places = [place for place, _ in self.steps]
         if len(set(places)) < len(places):
             raise InputError(f"Terrain.steps must have different places, got {places}.")
-        for begin, end, friction in self.patches:
-            if not begin < end:
-                raise InputError(f"A patch must begin before it ends, got {begin:g} to {end:g} m.")
+        _check_order("patch", "Patches", self.patches)
+        _check_order("ramp", "Ramps", self.ramps)
+        for _, _, friction in self.patches:
             if not friction >= 0:
                 raise InputError(f"The friction of a patch must be at least 0, got {friction!r}.")
-        for (_, end, _), (begin, _, _) in itertools.pairwise(self.patches):
-            if begin < end:
-                raise InputError(
-                    f"Patches must not overlap: one begins at {begin:g} m, before another ends at {end:g} m."
-                )
+        for _, _, rise in self.ramps:
+            if not math.isfinite(rise):
+                raise InputError(f"The rise of a ramp must be finite, got {rise!r}.")
 
     @functools.cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """The parts of the terrain in their order along the ground."""
-        changes = {place for place, _ in self.steps} | {place for patch in self.patches for place in patch[:2]}
+        changes = {place for place, _ in self.steps}
+        changes |= {place for band in (*self.patches, *self.ramps) for place in band[:2]}
         bounds = [-math.inf, *sorted(changes), math.inf]
         return tuple(
-            Piece(begin, end, self.height(begin), self._friction(begin)) for begin, end in itertools.pairwise(bounds)
+            Piece(begin, end, self.height(begin), self._friction(begin), self._grade(begin))
+            for begin, end in itertools.pairwise(bounds)
         )
 
     def piece_at(self, place: float) -> int:
@@ -97,43 +117,76 @@ class Terrain:
 
     def height(self, place: float) -> float:
         """Return the height at a place [m]."""
-        return sum((rise for at, rise in self.steps if at <= place), 0.0)
+        height = sum((rise for at, rise in self.steps if at <= place), 0.0)
+        for begin, end, rise in self.ramps:
+            height += rise * min(max((place - begin) / (end - begin), 0.0), 1.0)
+        return height
 
     def describe(self) -> dict[str, Any]:
         """Return the terrain as plain data."""
-        return {"steps": [list(step) for step in self.steps], "patches": [list(patch) for patch in self.patches]}
+        rows = {"steps": self.steps, "patches": self.patches} | ({"ramps": self.ramps} if self.ramps else {})
+        return {name: [list(row) for row in table] for name, table in rows.items()}
 
     def _friction(self, place: float) -> float | None:
         return next((friction for begin, end, friction in self.patches if begin <= place < end), None)
 
+    def _grade(self, place: float) -> float:
+        return next((rise / (end - begin) for begin, end, rise in self.ramps if begin <= place < end), 0.0)
+
 
 def separate_terrain(parameters: Mapping[str, Any]) -> tuple[dict[str, float], Terrain | None]:
-    """Return parameters without the terrain, and the terrain.
+    """Return parameters without the terrain, and the terrain, for simulations of robots with several contacts.
 
     Raises
     ------
     InputError
-        If the terrain is not a Terrain.
+        If the terrain is not a Terrain, or has ramps.
 
     Examples
     --------
     >>> separate_terrain({"friction": 0.5, "terrain": Terrain(steps=[(1, 0.1)])})
-    ({'friction': 0.5}, Terrain(steps=((1.0, 0.1),), patches=()))
+    ({'friction': 0.5}, Terrain(steps=((1.0, 0.1),), patches=(), ramps=()))
     """
     values = {name: value for name, value in parameters.items() if name != TERRAIN}
-    terrain = parameters.get(TERRAIN)
-    if terrain is not None and not isinstance(terrain, Terrain):
-        raise InputError(f"terrain must be a Terrain such as Terrain(steps=[(1.2, -0.02)]), got {terrain!r}.")
+    terrain = check_terrain(parameters.get(TERRAIN))
+    if terrain is not None and terrain.ramps:
+        raise InputError(
+            "Simulations of robots with several contacts accept a terrain without ramps, got ramps="
+            f"{terrain.ramps!r}; plans of several steps (MultiStepProblem) accept ramps."
+        )
     return values, terrain
 
 
+def check_terrain(terrain: object) -> Terrain | None:
+    """Return a terrain, or None for a plane.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if terrain is not None and not isinstance(terrain, Terrain):
+        raise InputError(f"terrain must be a Terrain such as Terrain(steps=[(1.2, -0.02)]), got {terrain!r}.")
+    return terrain
+
+
 def refuse_terrain(parameters: Mapping[str, object]) -> None:
-    """Raise InputError if parameters contain a terrain: only simulations of robots with several contacts accept it."""
-    if parameters.get(TERRAIN) is not None:
+    """Raise InputError if parameters contain a terrain, which is no parameter of a robot."""
+    if check_terrain(parameters.get(TERRAIN)) is not None:
         raise InputError(
-            "A terrain is accepted by simulate_planar and place_planar only: plans, periodic gaits and robots with one "
-            "foot on the ground at a time need a plane with the same friction everywhere."
+            "A terrain is accepted by simulate_planar and place_planar, and by MultiStepProblem for plans of robots "
+            "with one foot on the ground at a time; other gaits need a plane with the same friction everywhere."
         )
+
+
+def _check_order(name: str, names: str, bands: Sequence[tuple[float, float, float]]) -> None:
+    """Raise InputError unless each band of the ground begins before it ends, and no two overlap."""
+    for begin, end, _ in bands:
+        if not begin < end:
+            raise InputError(f"A {name} must begin before it ends, got {begin:g} to {end:g} m.")
+    for (_, end, _), (begin, _, _) in itertools.pairwise(bands):
+        if begin < end:
+            raise InputError(f"{names} must not overlap: one begins at {begin:g} m, before another ends at {end:g} m.")
 
 
 def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:

@@ -5,6 +5,7 @@ impact makes the landing foot slip forward.  ``any`` in the place of a phase or 
 for ``"slip+ stick | any"`` :func:`gaitopt.solve` determines the impact, for ``"any | any"`` the whole sequence.
 """
 
+import functools
 import re
 from dataclasses import dataclass
 
@@ -161,17 +162,7 @@ solve() closes it: use the sequence of the gait that it returns.
             return text
         if not isinstance(text, str):
             raise SequenceError(f"A contact sequence must be text such as 'stick | stick', got {text!r}. {_EXAMPLE}")
-        parts = text.split("|")
-        if len(parts) != 2:
-            raise SequenceError(
-                f"The sequence {text!r} needs exactly one '|' between its phases and its impact. {_EXAMPLE}"
-            )
-        phases, impact = (tuple(_mode(token, text) for token in part.split()) for part in parts)
-        if len(impact) != 1:
-            raise SequenceError(
-                f"The sequence {text!r} needs exactly one impact after '|', got {len(impact)}. {_EXAMPLE}"
-            )
-        return cls(phases, impact[0])
+        return _parse(text)
 
     def __str__(self) -> str:
         return f"{' '.join(mode.value for mode in self.phases)} | {self.impact.value}"
@@ -182,3 +173,17 @@ def _mode(token: str, text: str) -> Mode:
         return Mode(token)
     except ValueError:
         raise SequenceError(f"The sequence {text!r} has an unknown mode {token!r}. {suggest(token, _PHASES)}") from None
+
+
+@functools.lru_cache(maxsize=128)
+def _parse(text: str) -> ContactSequence:
+    """Return the contact sequence of a text."""
+    parts = text.split("|")
+    if len(parts) != 2:
+        raise SequenceError(
+            f"The sequence {text!r} needs exactly one '|' between its phases and its impact. {_EXAMPLE}"
+        )
+    phases, impact = (tuple(_mode(token, text) for token in part.split()) for part in parts)
+    if len(impact) != 1:
+        raise SequenceError(f"The sequence {text!r} needs exactly one impact after '|', got {len(impact)}. {_EXAMPLE}")
+    return ContactSequence(phases, impact[0])

@@ -146,6 +146,32 @@ def assign_links(links: Links, feet: Mapping[int, int], bodies: Sequence[str]) -
     return tuple(owners)
 
 
+def number_legs(bodies: Mapping[int, str], exchange: Sequence[int]) -> dict[int, int]:
+    """Return the number of the leg of each foot, from 0: contacts of one body, as heel and toe, belong to one leg.
+
+    Contacts without a body have a leg each, and so have those of a body on which they are exchanged for each other,
+    as the tips of a wheel.
+
+    Parameters
+    ----------
+    bodies : mapping of int to str
+        Body of each foot, by the number of the contact; empty if it is not known.
+    exchange : sequence of int
+        Contact i is in the next step what contact ``exchange[i]`` is in this one.
+
+    Examples
+    --------
+    >>> number_legs({0: "left foot", 1: "left foot", 2: "right foot", 3: "right foot"}, [2, 3, 0, 1])
+    {0: 0, 1: 0, 2: 1, 3: 1}
+    >>> number_legs({0: "wheel", 1: "wheel"}, [1, 0]), number_legs({0: "", 1: ""}, [1, 0])
+    ({0: 0, 1: 1}, {0: 0, 1: 1})
+    """
+    rolling = {body for foot, body in bodies.items() if exchange[foot] != foot and bodies[exchange[foot]] == body}
+    keys = {foot: body if body and body not in rolling else foot for foot, body in bodies.items()}
+    order = list(dict.fromkeys(keys.values()))
+    return {foot: order.index(key) for foot, key in keys.items()}
+
+
 def find_joint_points(links: Links, feet: Iterable[int], count: int) -> tuple[int, ...]:
     """Return the points at which links meet, without feet; if there are none, the other ends of the links.
 

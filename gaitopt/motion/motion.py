@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, SLIDE
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.parameters import check_type
 
@@ -168,6 +169,8 @@ class Motion:
     segments : tuple of Segment
         Empty if a simulation stopped at its start.
     jumps : tuple of Jump
+    terrain : Terrain or None
+        The ground of a motion of several steps; None for a plane.
 
     Examples
     --------
@@ -185,6 +188,7 @@ class Motion:
     parameters: dict[str, float]
     segments: tuple[Segment, ...]
     jumps: tuple[Jump, ...]
+    terrain: Terrain | None = None
 
     def __repr__(self) -> str:
         counts = f"segments: {len(self.segments)}, touchdowns: {len(self.jumps)}"

@@ -44,6 +44,8 @@ class ContactView:
         For the stop of one coordinate: its name and the value at which the stop is closed.
     leg : str
         Name of its leg in figures.
+    leg_number : int
+        Number of its leg, from 0; heel and toe of a foot have the same.  That of a joint stop is 0.
     slides : bool
         Whether it has a slide coordinate and so a tangential force.
     """
@@ -54,6 +56,7 @@ class ContactView:
     unit: str = "m"
     level: tuple[str, float] | None = None
     leg: str = ""
+    leg_number: int = 0
     slides: bool = True
 
 
@@ -278,6 +281,10 @@ class MotionView(LazyRecord):
         rows = [(row, each) for row, each in enumerate(self.coordinates) if each.unit == unit]
         rows = [(row, each) for row, each in rows if row != self.distance_row]
         return [] if {each.name for _, each in rows} <= {"y"} else rows
+
+    def leg_of(self, contact: int) -> int:
+        """Return the number of the leg of a foot, from 0."""
+        return self.contacts[contact].leg_number
 
     def owner(self, contact: int, exchanges: int) -> int:
         """Return the contact that plays the role of a contact of the first step after some leg exchanges."""

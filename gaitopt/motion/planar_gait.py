@@ -151,7 +151,10 @@ class PlanarGait(LazyRecord):
     def require(self) -> "PlanarGait":
         """Return the gait itself if it is solved and did not fail its replay; raise InputError otherwise."""
         if not self.status.ok:
-            worst = "; ".join(str(reason) for reason in self.solver.violations[:3])
+            solver = self.solver
+            inaccurate = self.status is Status.PLAN_INACCURATE
+            reasons = solver.warnings if inaccurate else solver.conflicts or solver.violations
+            worst = "; ".join(str(reason) for reason in reasons[:3])
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
 

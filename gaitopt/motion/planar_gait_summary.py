@@ -9,6 +9,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.motion.summary import ledger_facts, plain
+from gaitopt.reductions import worst
 
 LEAST_LOAD = 1e-6
 """Normal force, relative to its maximum, below which rounding errors decide the ratio of the forces."""
@@ -56,6 +57,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "events": [event_facts(motion, event) for event in motion.events],
         "friction_margin": friction_margin(gait),
         "foot_slide": find_slides(gait),
+        "depth_below_ground": find_depths(gait),
         "impact": event_facts(motion, impacts[-1]) if impacts else None,
         "energy": ledger_facts(gait.energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
@@ -95,6 +97,25 @@ def friction_margin(gait: PlanarGait) -> float:
             loaded = normal > LEAST_LOAD * normal.max(initial=0.0)
             margins.append(1 - np.abs(tangential[loaded]) / (limit * normal[loaded]))
     return float(np.concatenate(margins).min()) if margins else float("nan")
+
+
+def find_depths(gait: PlanarGait) -> dict[str, float]:
+    """Return how deep each foot is below the ground while it swings [m]; 0 for one that never is.
+
+    Examples
+    --------
+    >>> find_depths.__name__
+    'find_depths'
+    """
+    motion = gait.motion
+    feet = [i for i, entry in enumerate(motion.contact_entries) if not entry.is_stop]
+    depths = {motion.contacts[i]: 0.0 for i in feet}
+    for segment in motion.segments:
+        for i in feet:
+            if segment.state.modes[i][1] is Mode.FREE:
+                name = motion.contacts[i]
+                depths[name] = worst(depths[name], -segment.kinematics.gap[i])
+    return depths
 
 
 def _phase_facts(motion: PlanarMotion, segment: PlanarSegment) -> dict[str, Any]:

@@ -5,11 +5,14 @@ import math
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.gait_table import Facts, describe_energy, describe_objective, describe_script, round_margin
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.motion.planar_gait_summary import find_slides, friction_margin
+from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.status import Status
 
 LEAST_IMPULSE = 1e-6
 """Impulse below which a contact is not listed [N s]."""
+
+LEAST_DEPTH = 1e-4
+"""Depth below the ground from which a swinging contact is listed [m]."""
 
 
 def tabulate_planar_gait(gait: PlanarGait) -> Facts:
@@ -57,6 +60,11 @@ def _numbers(gait: PlanarGait) -> Facts:
     if math.isfinite(margin):
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
+    facts += [
+        ("below ground", f"{name} by {1e3 * depth:.3g} mm while it is not armed, in swing")
+        for name, depth in find_depths(gait).items()
+        if depth > LEAST_DEPTH
+    ]
     return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait))]
 
 
@@ -78,6 +86,8 @@ def _events(gait: PlanarGait) -> Facts:
             if max(abs(t), abs(n)) > LEAST_IMPULSE
         ]
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
+        if not event.is_impact and any(name.endswith(" closes") for name in event.names):
+            received = "; without impulse"
         facts.append(("event", f"{event.time:.4g} s  {' & '.join(event.names)}{received}"))
     return facts
 

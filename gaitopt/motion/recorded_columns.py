@@ -116,8 +116,8 @@ def assign_columns(
         rate = take(rf"{label}_rate_({listed})_per_s", units)
         coordinates |= {} if values is None else {quantity.name: values}
         rates |= {} if rate is None else {quantity.name: rate}
-    found = {name: take(rf"{re.escape(name)}_({'|'.join(_FORCE_UNITS)})", _FORCE_UNITS) for name in actuators}
-    torques = {name: values for name, values in found.items() if values is not None}
+    columns = {name: take(rf"{re.escape(name)}_({'|'.join(_FORCE_UNITS)})", _FORCE_UNITS) for name in actuators}
+    torques = {name: values for name, values in columns.items() if values is not None}
     ignored = tuple(name for name in (*table.columns, *table.texts) if name not in used)
     return RecordedColumns(time, coordinates, rates, torques, ignored, _doubtful_units(quantities, coordinates))
 

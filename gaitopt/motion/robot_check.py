@@ -102,9 +102,9 @@ def _other_contacts(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str,
     """Return which of contacts, leg exchange and switched springs differ."""
     if held.record is None:
         raise ValueError("a stored robot with several contacts has a record")
-    there, here = held.record.content(), robot.record.content()
+    stored, present = held.record.content(), robot.record.content()
     compared = {"contacts": "contacts", "mirror": "leg exchange", "switches": "switched springs"}
-    return tuple(label for key, label in compared.items() if there.get(key) != here[key])
+    return tuple(label for key, label in compared.items() if stored.get(key) != present[key])
 
 
 def _other_contact_model(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:

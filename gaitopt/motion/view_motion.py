@@ -11,7 +11,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.motion.energy import ledger
-from gaitopt.motion.link_roles import assign_links, classify_links, find_joint_points
+from gaitopt.motion.link_roles import assign_links, classify_links, find_joint_points, number_legs
 from gaitopt.motion.motion import Jump, Motion, Segment, check_motion
 from gaitopt.motion.motion_view import Channel, ContactView, EventView, MotionView, PhaseView, Token, name_modes
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
@@ -53,8 +53,8 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
         coordinates=(Channel("x", "m"), Channel("y", "m"), *(Channel(name, "rad") for name in motion.angles)),
         actuators=tuple(Channel(name, "N m") for name in motion.actuators),
         contacts=(
-            ContactView("stance foot", "", leg="stance leg"),
-            ContactView("landing foot", "landing_foot_", leg="swing leg"),
+            ContactView("stance foot", "", leg="stance leg", leg_number=0),
+            ContactView("landing foot", "landing_foot_", leg="swing leg", leg_number=1),
         ),
         exchange=(1, 0),
         points=motion.points,
@@ -71,6 +71,7 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
         distance_row=SLIDE,
         energy=Deferred(lambda: ledger(motion)),
         limits=limits,
+        terrain=motion.terrain,
     )
 
 
@@ -114,15 +115,17 @@ def _view_several(motion: PlanarMotion, limits: Mapping[str, float]) -> MotionVi
     lasting = [k for k, segment in enumerate(motion.segments) if segment.time[-1] > segment.time[0]]
     segments = tuple(_planar_phase(motion, motion.segments[k], kept) for k in lasting)
     names = tuple(motion.contacts[i] for i in kept)
-    contacts = tuple(_contact_view(motion, i) for i in kept)
-    feet = [number for number, contact in enumerate(contacts) if not contact.is_stop]
-    foot_points = _foot_points(segments, feet, len(motion.points))
+    mirrored = tuple(place[exchange[i]] for i in kept)
     bodies = [motion.contact_entries[i].body for i in kept]
+    feet = [k for k, i in enumerate(kept) if not motion.contact_entries[i].is_stop]
+    legs = number_legs({k: bodies[k] for k in feet}, mirrored)
+    contacts = tuple(_contact_view(motion, i, k, legs) for k, i in enumerate(kept))
+    foot_points = _foot_points(segments, feet, len(motion.points))
     return MotionView(
         coordinates=tuple(map(Channel, motion.coordinates, motion.units)),
         actuators=tuple(map(Channel, motion.actuators, motion.actuator_units)),
         contacts=contacts,
-        exchange=tuple(place[exchange[i]] for i in kept),
+        exchange=mirrored,
         points=motion.points,
         links=motion.links,
         link_contacts=assign_links(motion.links, foot_points, bodies),
@@ -150,11 +153,19 @@ def _kept_contacts(motion: PlanarMotion) -> list[int]:
     return sorted(numbers | partners)
 
 
-def _contact_view(motion: PlanarMotion, contact: int) -> ContactView:
-    entry = motion.contact_entries[contact]
-    level = _find_level(motion, contact) if entry.is_stop else None
-    column = f"{entry.name.replace(' ', '_')}_"
-    return ContactView(entry.name, column, entry.is_stop, entry.unit, level, entry.name, entry.slides)
+def _contact_view(motion: PlanarMotion, contact: int, number: int, legs: Mapping[int, int]) -> ContactView:
+    """Return a contact, named as in the robot; a leg with several contacts is named after their body."""
+    entry, leg = motion.contact_entries[contact], legs.get(number, 0)
+    return ContactView(
+        entry.name,
+        column=f"{entry.name.replace(' ', '_')}_",
+        is_stop=entry.is_stop,
+        unit=entry.unit,
+        level=_find_level(motion, contact) if entry.is_stop else None,
+        leg=entry.body if list(legs.values()).count(leg) > 1 else entry.name,
+        leg_number=leg,
+        slides=entry.slides,
+    )
 
 
 def _find_level(motion: PlanarMotion, contact: int) -> tuple[str, float] | None:

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections import Counter, deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any, Protocol
 
@@ -12,7 +12,7 @@ from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses, TaskExe
 from gaitopt.parallel.shared_payload import Work
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 
-POLL_INTERVAL = 0.5
+POLL_INTERVAL = 0.1
 """Time between two checks of the workers and of interrupts while tasks are under way [s]."""
 
 
@@ -31,6 +31,7 @@ def run_tasks(
     *,
     known: Mapping[str, Any] | None = None,
     execution: Execution | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> Generator[TaskOutcome, None, None]:
     """Yield the outcome of each task when it ends.
 
@@ -50,6 +51,8 @@ def run_tasks(
         Results of an earlier run by key: these tasks are not run again, and not yielded.
     execution : Execution, optional
         Workers; with one and no executor, tasks run in this process.
+    meanwhile : callable, optional
+        Called once in this process when the first tasks are under way in workers.
 
     Yields
     ------
@@ -80,8 +83,10 @@ def run_tasks(
         executor = LocalProcesses(workers, work, shared, prepare)
     else:
         executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
-    with executor, hold_interrupt() as interrupt:
-        yield from _run_on(executor, queue, interrupt)
+    with hold_interrupt() as interrupt:
+        with executor:
+            yield from _run_on(executor, queue, interrupt, meanwhile)
+        interrupt.check()  # received while the workers ended, which leaves none of their semaphores
 
 
 def collect_tasks(
@@ -127,7 +132,9 @@ def _run_here(work: Work, shared: Any, queue: TaskQueue) -> Iterator[TaskOutcome
         yield queue.finish(TaskOutcome(task, result))
 
 
-def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord) -> Iterator[TaskOutcome]:
+def _run_on(
+    executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord, meanwhile: Callable[[], object] | None
+) -> Iterator[TaskOutcome]:
     """Keep an executor busy until no task is left.
 
     When a worker dies, any of the tasks under way may be the cause.  They are run again one at a time: a task that runs
@@ -145,6 +152,9 @@ def _run_on(executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord
             running[_submit(executor, queue, task)] = task
         if not running:
             return
+        if meanwhile is not None:
+            meanwhile()
+            meanwhile = None
         lost = []
         for future in _wait_for_any(executor, running, interrupt):
             task = running.pop(future)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
@@ -84,8 +84,8 @@ def plot_branches(
                 continue
             place = branch.names.index(coordinate)
             heights = factor * branch.orbits[:, :, place]
-            for axes, rows in ((upper, heights), (lower, np.minimum(branch.radii, 2 * LARGEST_RADIUS))):
-                _draw_branch(axes, branch, values, rows, colors)
+            _draw_branch(upper, branch, values, heights, colors)
+            _draw_branch(lower, branch, values, np.minimum(branch.radii, 2 * LARGEST_RADIUS), colors, joined=False)
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **style.limit_line)
         lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, LARGEST_RADIUS))
@@ -93,7 +93,19 @@ def plot_branches(
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+        upper.set_title(_title(diagram), loc="left", fontsize="medium")
     return figure
+
+
+def _title(diagram: BranchDiagram) -> str:
+    """Return the robot and those of slope and friction that are not varied."""
+    values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
+    if "slope" in values and diagram.parameter != "slope":
+        facts.append(f"slope {math.degrees(values['slope']):.4g} deg")
+    if "friction" in values and diagram.parameter != "friction":
+        friction = values["friction"]
+        facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
+    return ", ".join(facts)
 
 
 def angle_symbol_of(coordinate: str) -> str:
@@ -118,25 +130,28 @@ def _parameter_label(diagram: BranchDiagram) -> str:
 
 
 def _sequence_colors(diagram: BranchDiagram) -> dict[str, Any]:
-    """Return a colour for the contact sequence of the first step of the gaits, in order of appearance."""
-    names = dict.fromkeys(_first_step(name) for branch in diagram.branches for name in branch.sequences)
+    """Return a colour for the contact sequences of the gaits, in order of appearance."""
+    names = dict.fromkeys(distinct_steps(name) for branch in diagram.branches for name in branch.sequences)
     return {name: line_style(number)["color"] for number, name in enumerate(names)}
 
 
-def _first_step(sequence: str) -> str:
-    """Return the contact sequences of a gait without repetition."""
-    return "; ".join(dict.fromkeys(sequence.split("; ")))
+def _draw_branch(
+    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], *, joined: bool = True
+) -> None:
+    """Draw a branch in pieces of equal sequence and stability.
 
-
-def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:
-    """Draw a branch in pieces of equal sequence and stability; a piece ends at the first point of the next one."""
-    kinds = [(_first_step(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
+    The line between a stable and an unstable gait is that of the unstable one.  Pieces of different sequences are
+    joined unless the quantity is discontinuous between them.
+    """
+    kinds = [(distinct_steps(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
     begin = 0
     for k in range(1, len(kinds) + 1):
         if k < len(kinds) and kinds[k] == kinds[begin]:
             continue
         sequence, stable = kinds[begin]
-        piece = slice(begin, k + 1)
+        after = k < len(kinds) and (joined if kinds[k][0] != sequence else not stable)
+        before = begin > 0 and not stable and kinds[begin - 1] == (sequence, True)
+        piece = slice(begin - before, k + after)
         axes.plot(
             values[piece],
             rows[piece],

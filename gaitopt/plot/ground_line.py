@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitopt.model.terrain import Terrain
+from gaitopt.model.terrain import Piece, Terrain
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.plot.style import GROUND, WARNING
@@ -27,8 +27,14 @@ def find_profile(terrain: Terrain | None, begin: float, end: float) -> Array:
     inside = [] if terrain is None else [piece for piece in terrain.pieces if piece.end > begin and piece.begin < end]
     if not inside:
         return np.array([[begin, end], [0.0, 0.0]])
-    places = [place for piece in inside for place in (max(piece.begin, begin), min(piece.end, end))]
-    return np.array([places, [piece.height for piece in inside for _ in range(2)]])
+    return np.hstack([_line_of(piece, begin, end) for piece in inside])
+
+
+def _line_of(piece: Piece, begin: float, end: float) -> Array:
+    """Return the ends of a piece between two places, shape (2, 2) [m]."""
+    places = np.array([max(piece.begin, begin), min(piece.end, end)])
+    height, grade = piece.line
+    return np.array([places, height + grade * places])
 
 
 def draw_ground(
@@ -58,5 +64,5 @@ def draw_ground(
     for piece in () if terrain is None else terrain.pieces:
         begin, end = max(piece.begin, ends[0]), min(piece.end, ends[1])
         if piece.friction is not None and begin < end:
-            band = np.array([[begin, end], [piece.height, piece.height]]) + aside
+            band = _line_of(piece, begin, end) + aside
             axes.plot(*tilt(band, slope), color=WARNING, linewidth=BAND * width, zorder=0.9, solid_capstyle="butt")

@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.style import CONE, FORCE, GROUND, MODE_FILL, MODE_INK, WARNING, contact_color
+from gaitopt.plot.style import CONE, FORCE, GROUND, MODE_FILL, MODE_INK, WARNING, leg_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -79,7 +79,7 @@ class ForceDiagram:
             line.set_data(*([[], []] if is_open else [[0, f_t], [0, f_n]]))
             tip.set_data(*([[], []] if is_open else [[f_t], [f_n]]))
             if not view.is_single_support:
-                color = contact_color(view.feet.index(view.owner(foot, frame.exchanges)))
+                color = leg_color(view.leg_of(view.owner(foot, frame.exchanges)))
                 line.set_color(color)
                 tip.set_color(color)
 
@@ -132,7 +132,7 @@ class FootGlass:
         for artist in (*self._legs, self._foot):
             artist.set_visible(mode is not Mode.FREE)
         x = 1e3 * (frame.slides[self._contact] - landing)
-        color = contact_color(self._view.feet.index(self._view.owner(self._contact, frame.exchanges)))
+        color = leg_color(self._view.leg_of(self._view.owner(self._contact, frame.exchanges)))
         for leg, (along, up) in zip(self._legs, self._lines(frame), strict=True):
             leg.set(xdata=x + along, ydata=up, color=color)
         self._foot.set(xdata=[x], ydata=[0], markerfacecolor=MODE_FILL[mode])

@@ -10,7 +10,7 @@ from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Segment
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, contact_style, line_style
+from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, foot_line_style, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,7 +106,7 @@ def draw_foot_speed(axes: "Axes", view: MotionView) -> None:
 
 def foot_style(view: MotionView, foot: int) -> dict[str, Any]:
     """Return the style of the line of a foot: black if it is the only one that touches the ground."""
-    return SINGLE if view.is_single_support else contact_style(view.feet.index(foot))
+    return SINGLE if view.is_single_support else foot_line_style(view.feet.index(foot), view.leg_of(foot))
 
 
 def hide_open(part: PhaseView, contact: int, values: Array) -> Array:

@@ -11,7 +11,7 @@ from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.plot.ground_line import draw_ground
-from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, MODE_INK, contact_color
+from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, MODE_INK, leg_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -81,7 +81,7 @@ class Scene:
 
     def _color(self, contact: int, exchanges: int) -> str:
         """Return the colour of a foot, which changes its role from step to step."""
-        return contact_color(self._view.feet.index(self._view.owner(contact, exchanges)))
+        return leg_color(self._view.leg_of(self._view.owner(contact, exchanges)))
 
     def _show_rims(self, frame: AnimationFrame, arc: FootArc) -> None:
         """Move the arcs of round feet, their marks, and the legs that end at the centres of arcs."""
@@ -114,7 +114,7 @@ class Scene:
         """Create what :meth:`show` moves."""
         axes, view = self._axes, self._view
         leg: dict[str, Any] = {"linewidth": 4.0, "solid_capstyle": "round"}
-        layers = {None: 3} | {foot: 5 if place == 0 else 4 for place, foot in enumerate(view.feet)}
+        layers = {None: 3} | {foot: 5 if view.leg_of(foot) == 0 else 4 for foot in view.feet}
         order = sorted(zip(view.links, view.link_contacts, strict=True), key=lambda pair: layers[pair[1]])
         self._links = [(pair, contact, axes.plot([], [], zorder=layers[contact], **leg)[0]) for pair, contact in order]
         self._add_feet(leg, layers)

@@ -14,7 +14,7 @@ from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, force_handles, walker_height
 from gaitopt.plot.ground_line import draw_ground
-from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, contact_color
+from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, leg_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -140,8 +140,8 @@ def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float
     """Return colour, line width and drawing order of the leg of a contact, or of the body."""
     if contact is None:
         return BODY, 2.0, 2
-    number = motion.feet.index(contact)
-    return contact_color(number), 1.3 if number else 2.6, FRONT if number == 0 else FRONT - 1
+    number = motion.leg_of(contact)
+    return leg_color(number), 1.3 if number else 2.6, FRONT if number == 0 else FRONT - 1
 
 
 def _spacing(figures: Sequence[Array]) -> float:
@@ -230,14 +230,13 @@ def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
     """Name the legs and forces above the figures."""
     from matplotlib.lines import Line2D
 
-    legs: list[Artist] = []
-    names: list[str] = []
+    entries: dict[str, Artist] = {}
     for contact in sorted({contact for contact in motion.link_contacts if contact is not None}):
         color, width, _ = leg_look(motion, contact)
-        legs.append(Line2D([], [], color=color, linewidth=width))
-        names.append(motion.contacts[contact].leg)
-    if not legs:
+        entries[motion.contacts[contact].leg] = Line2D([], [], color=color, linewidth=width)
+    if not entries:
         return
+    legs, names = [*entries.values()], [*entries]
     if motion.loaded:
         legs, names = [*legs, *force_handles()], [*names, *LABELS]
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import field, frozen
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.parameters import positive
+from gaitopt.parameters import number_within, positive
 from gaitopt.plot.literal_text import show_invalid_math
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ MODE_HATCH = {Mode.SLIP_FORWARD: "///", Mode.SLIP_BACKWARD: "\\\\\\", Mode.STICK
 MODE_HATCH |= {Mode.CLOSED: "", Mode.LATCHED: ""}
 
 
-@check_arguments
+@check_record
 @frozen
 class FigureStyle:
     """Size and fonts of a figure, and the colours with the same meaning in all figures.
@@ -82,7 +82,7 @@ class FigureStyle:
     Raises
     ------
     InputError
-        If a size is not positive.
+        If the width is not within 0 and 100 inch, or the font size not within 1 and 500 pt.
 
     Examples
     --------
@@ -95,8 +95,8 @@ class FigureStyle:
     [3.5, 2.0]
     """
 
-    width: float = field(default=7.2, validator=positive("inch"))
-    font_size: float = field(default=8.5, validator=positive("pt"))
+    width: float = field(default=7.2, validator=positive("inch", upper=100.0))
+    font_size: float = field(default=8.5, validator=number_within("pt", 1.0, 500.0))
     font: str = "DejaVu Sans"
     titled: bool = True
 
@@ -188,37 +188,38 @@ def area_color(number: int) -> str:
     return to_hex((red, green, blue))
 
 
-def contact_color(number: int) -> str:
-    """Return the colour of the n-th contact, from 0, which its leg, force and lines have in all figures.
+def leg_color(number: int) -> str:
+    """Return the colour of the n-th leg, from 0, which its contacts, forces and lines have in all figures.
 
     Examples
     --------
-    >>> contact_color(0) == contact_color(len(CONTACTS)) == FIRST_LEG
+    >>> leg_color(0) == leg_color(len(CONTACTS)) == FIRST_LEG
     True
     """
     return CONTACTS[number % len(CONTACTS)]
 
 
-def contact_style(number: int) -> dict[str, Any]:
-    """Return colour and dashes of the line of the n-th contact, from 0.
+def foot_line_style(number: int, leg: int) -> dict[str, Any]:
+    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and dashes of its number.
 
     Examples
     --------
-    >>> contact_style(0)["linestyle"]
+    >>> foot_line_style(0, 0)["linestyle"]
     '-'
     """
-    return {"color": contact_color(number), "linestyle": DASHES[number % len(DASHES)]}
+    return {"color": leg_color(leg), "linestyle": DASHES[number % len(DASHES)]}
 
 
 def angle_symbol(name: str) -> str:
-    r"""Return the text of an angle in a figure: Greek for ``th1`` or ``theta``, otherwise its name.
+    r"""Return the text of an angle in a figure: Greek for ``th1``, ``th_knee`` or ``theta``, otherwise its name.
 
     Examples
     --------
-    >>> angle_symbol("th2"), angle_symbol("knee")
-    ('$\\theta_{2}$', 'knee')
+    >>> angle_symbol("th2"), angle_symbol("knee"), angle_symbol("thrust")
+    ('$\\theta_{2}$', 'knee', 'thrust')
     """
-    match = re.fullmatch(r"th(?:eta)?_?([A-Za-z0-9]*)", name)
+    match = re.fullmatch(r"th(?:eta)?(?:|_?(\d[A-Za-z0-9]*|[A-Za-z])|_([A-Za-z0-9]+))", name)
     if not match:
         return name
-    return rf"$\theta_{{{match[1]}}}$" if match[1] else r"$\theta$"
+    index = match[1] or match[2]
+    return rf"$\theta_{{{index}}}$" if index else r"$\theta$"

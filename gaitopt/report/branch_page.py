@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, distinct_steps
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
@@ -23,7 +23,7 @@ from gaitopt.simulation.engine import Engine
 
 MOST_GAITS = 40
 """Number of gaits that a page can play."""
-HINT = "Click a circle to play its gait; diamonds are special points, listed at the end of the page."
+HINT = "Click a circle to play its gait; the numbered diamonds are the special points of the table."
 MOST_STEPS = 4
 """Number of steps of a gait that are played."""
 
@@ -97,9 +97,12 @@ def write_branch_page(
     page = document(
         title,
         element("header", element("h1", title), element("p", HINT, class_="note")),
-        _draw_diagram(diagram, coordinate, places),
-        *(_show_gait(source, diagram, place, hidden=place != places[0]) for place in places),
-        _special_table(diagram),
+        element(
+            "div",
+            element("div", _draw_diagram(diagram, coordinate, places), _special_table(diagram), class_="overview"),
+            element("div", *(_show_gait(source, diagram, place, hidden=place != places[0]) for place in places)),
+            class_="branches",
+        ),
         scripts=("player.js", "branches.js"),
         styles=("page.css", "parts.css", "branches.css"),
     )
@@ -124,23 +127,27 @@ def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_ShownGa
     drawing = chart.draw()
     for part in [*drawing.findall("polyline"), *drawing.findall("circle")]:
         drawing.remove(part)  # branches are drawn by stability
-    for number, branch in enumerate(diagram.branches):
+    sequences = list(dict.fromkeys(distinct_steps(name) for branch in diagram.branches for name in branch.sequences))
+    for branch in diagram.branches:
         values, heights = _values(diagram, branch), _heights(branch, coordinate)
-        drawing.extend(_branch_lines(chart, branch, values, heights, number))
+        drawing.extend(_branch_lines(chart, branch, values, heights, sequences))
     for place in places:
         branch = diagram.branches[place.branch]
         height = float(_heights(branch, coordinate)[0][place.number])
         x, y = chart.place(float(_values(diagram, branch)[place.number]), height)
         drawing.append(_point(diagram, place, x, y))
-    for branch in diagram.branches:
-        for point in branch.special:
-            x, y = chart.place(_in_unit(diagram, point.value), _special_height(branch, coordinate, point.z))
-            mark = element("text", "\N{BLACK DIAMOND}", class_="special", x=round(x, 1), y=round(y + 3, 1))
-            mark.append(element("title", str(point)))
-            drawing.append(mark)
-    return element(
-        "figure", element("figcaption", "Branches: solid stable, dashed unstable"), drawing, class_="diagram"
-    )
+    pairs = [(branch, point) for branch in diagram.branches for point in branch.special]
+    for number, (branch, point) in enumerate(pairs, 1):
+        x, y = chart.place(_in_unit(diagram, point.value), _special_height(branch, coordinate, point.z))
+        mark = element("text", "\N{BLACK DIAMOND}", class_="special", x=round(x, 1), y=round(y + 3, 1))
+        mark.append(element("title", str(point)))
+        drawing.extend([mark, element("text", str(number), class_="number", x=round(x + 3, 1), y=round(y - 4, 1))])
+    key = [
+        element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
+        for number, name in enumerate(sequences)
+    ]
+    caption = element("figcaption", "Branches: solid stable, dashed unstable")
+    return element("figure", caption, drawing, element("p", *key, class_="sequences"), class_="diagram")
 
 
 def _make_chart(diagram: BranchDiagram, coordinate: str) -> Chart:
@@ -194,18 +201,18 @@ def _special_height(branch: GaitBranch, coordinate: str, z: Array) -> float:
 
 
 def _branch_lines(
-    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], number: int
+    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], sequences: list[str]
 ) -> Iterator[Element]:
-    """Yield the pieces of a branch of equal stability as lines."""
-    stable = branch.stable
-    ends = [*np.flatnonzero(stable[1:] != stable[:-1]), stable.size - 1]
+    """Yield the pieces of a branch of equal sequence and stability as lines in the colour of the sequence."""
+    numbers = np.array([sequences.index(distinct_steps(name)) for name in branch.sequences])
+    changes = (branch.stable[1:] != branch.stable[:-1]) | (numbers[1:] != numbers[:-1])
     begin = 0
-    for end in map(int, ends):
-        piece = slice(begin, min(end + 2, stable.size))
-        kind = "stable" if stable[begin] else "unstable"
+    for end in [*map(int, np.flatnonzero(changes)), branch.stable.size - 1]:
+        piece = slice(begin, min(end + 2, branch.stable.size))
+        kind = "stable" if branch.stable[begin] else "unstable"
         for row in heights:
             places = [chart.place(float(x), float(y)) for x, y in zip(values[piece], row[piece], strict=True)]
-            yield element("polyline", class_=f"line line-{number % COLOURS} {kind}", points=points(*places))
+            yield element("polyline", class_=f"line line-{numbers[begin] % COLOURS} {kind}", points=points(*places))
         begin = end + 1
 
 
@@ -230,18 +237,19 @@ def _point(diagram: BranchDiagram, place: _ShownGait, x: float, y: float) -> Ele
 
 def _special_table(diagram: BranchDiagram) -> Element | None:
     """Return the special points of all branches as a table."""
+    listed = [(number, point) for number, branch in enumerate(diagram.branches) for point in branch.special]
     rows = [
         (
+            str(row),
             str(number),
             point.kind.label,
             f"{point.value:.9g}",
             count_steps(point.before),
             "" if point.after == point.before else count_steps(point.after),
         )
-        for number, branch in enumerate(diagram.branches)
-        for point in branch.special
+        for row, (number, point) in enumerate(listed, 1)
     ]
-    head = ("branch", "kind", f"{diagram.parameter} [{diagram.unit}]", "before", "after")
+    head = ("no.", "branch", "kind", f"{diagram.parameter} [{diagram.unit}]", "before", "after")
     return table(rows, head, name="Special points") if rows else None
 
 
@@ -274,9 +282,9 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: _ShownGait, *,
     return element(
         "div",
         element("h2", title),
-        table(facts, name="Facts"),
         missing,
         *players,
+        table(facts, name="Facts"),
         class_="branch-gait",
         id=place.name,
         **attributes,

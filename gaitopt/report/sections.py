@@ -17,6 +17,7 @@ from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.study.comparison import Comparison
 
@@ -201,16 +202,14 @@ def _energy(gait: AnyGait) -> Element:
 
 def _stability(gait: AnyGait) -> Element:
     """Return the multipliers of the torques replayed in open loop, or the reason why they are missing."""
-    if isinstance(gait, PlanarGait):
-        reason = "The multipliers of a robot with several contacts are not part of the report."
-        return _figure("Multipliers, torques replayed", element("p", f"Not assessed. {reason}", class_="note"))
-    try:
-        cycle = assess_stability(gait)
-    except InputError as error:
-        return _figure("Multipliers, torques replayed", element("p", f"Not assessed. {error}", class_="note"))
-    verdict = "stable" if cycle.stable else "unstable"
-    note = element("p", f"{verdict}: largest modulus {cycle.radius:.4g} (engine {cycle.engine})", class_="note")
     title = "Multipliers, torques replayed"
+    try:
+        cycle = assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)
+    except InputError as error:
+        return _figure(title, element("p", f"Not assessed. {error}", class_="note"))
+    verdict = "stable" if cycle.stable else "unstable"
+    engine = f" (engine {cycle.engine})" if isinstance(cycle, Cycle) else ""
+    note = element("p", f"{verdict}: largest modulus {cycle.radius:.4g}{engine}", class_="note")
     return _figure(title, _multipliers(cycle.multipliers.tolist()), note)
 
 

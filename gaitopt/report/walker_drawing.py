@@ -74,12 +74,12 @@ class Stage:
     def draw(self) -> Element:
         """Return the picture in its first frame."""
         first = self._film.frame(0)
-        here = self._positions(first)
+        positions = self._positions(first)
         lines = [
             element("line", x1=ends[0], y1=ends[1], x2=ends[2], y2=ends[3], **self._leg("link", contact))
-            for (_, _, contact), ends in zip(self.links, here["links"], strict=True)
+            for (_, _, contact), ends in zip(self.links, positions["links"], strict=True)
         ]
-        joints = [element("circle", class_="joint", cx=x, cy=y, r=5) for x, y in here["joints"]]
+        joints = [element("circle", class_="joint", cx=x, cy=y, r=5) for x, y in positions["joints"]]
         head = element("path", d="M0 0L7 3.5L0 7Z", class_="force-head")
         size = {"markerWidth": 4.5, "markerHeight": 4.5, "refX": 5, "refY": 3.5}
         marker = element("marker", head, id=f"{self._name}-arrow", viewBox="0 0 7 7", orient="auto", **size)
@@ -89,7 +89,7 @@ class Stage:
             for phase, segment in enumerate(self._view.segments)
             for foot in segment.slipping
         ]
-        cones, forces, feet = self._contacts(here)
+        cones, forces, feet = self._contacts(positions)
         return element(
             "svg",
             element("defs", marker),
@@ -97,7 +97,7 @@ class Stage:
             *slides,
             *cones,
             *lines,
-            *self._round_feet(first, here["rims"]),
+            *self._round_feet(first, positions["rims"]),
             *joints,
             *forces,
             *feet,
@@ -229,7 +229,7 @@ def role_of(view: MotionView, contact: int) -> str:
     >>> role_of(view, 0), role_of(view, 1)
     ('stance', 'swing')
     """
-    return ROLES[view.feet.index(contact) % len(ROLES)]
+    return ROLES[view.leg_of(contact) % len(ROLES)]
 
 
 def _round_pixels(values: Any) -> list[float]:

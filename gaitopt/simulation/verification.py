@@ -116,7 +116,8 @@ def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances, faults: list[
         str(sequence) if sequence is not None else " ".join(segment.mode.value for segment in walked.segments)
     )
     if rollout.stop is not Stop.STEPS_DONE:
-        reasons.append(f"the replay stopped: {rollout.stop.hint}")
+        time = walked.segments[-1].time[-1] if walked.segments else 0.0
+        reasons.append(f"the replay stopped at {time:.4g} s: {rollout.stop.hint}")
     if walked.segments and replayed_sequence != str(gait.sequence):
         reasons.append(f"the replay has the contact sequence '{replayed_sequence}' instead of '{gait.sequence}'")
     state_error = _state_error(planned, walked)

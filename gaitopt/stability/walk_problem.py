@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WalkProblem:
     """A walker and the periodic gaits to compute.

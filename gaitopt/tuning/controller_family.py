@@ -10,7 +10,7 @@ from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.control.push_off import push_off
-from gaitopt.control.torque_saturation import UNLIMITED
+from gaitopt.control.torque_saturation import UNLIMITED, limit_torque, torque_limits
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
@@ -102,6 +102,30 @@ class ControllerFamily:
         free = tuple(_clip_gain(known[name], *bound) for name, bound in bounds.items())
         settings = replace(self.settings, fixed={**self.settings.fixed, **fixed})
         return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
+
+    def with_torque_limit(self, robot: Robot, limit: TorqueLimit) -> "ControllerFamily":
+        """Return the family of the same laws with torque limits [N m]; laws that state their limits keep them.
+
+        Raises
+        ------
+        InputError
+            If a limit is not positive or its name is not that of an actuator.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped, push_off
+        >>> robot = compass_biped()
+        >>> family = ControllerFamily.from_law(push_off(robot, torque=-2.0, duration=0.1))
+        >>> family.law({}).limited, family.with_torque_limit(robot, 6.0).law({}).limited
+        (False, True)
+        """
+        limits = torque_limits(robot, limit)
+
+        def limited_law(values: Mapping[str, float]) -> Law:
+            law = self.law(values)
+            return law if law.limited else limit_torque(law, limits)
+
+        return replace(self, law=limited_law, settings=replace(self.settings, torque_limit=limit))
 
     def by_stance_angle(self, robot: Robot, motion: Motion) -> "ControllerFamily":
         """Return the family of the same laws by the stance angle; see :func:`gaitopt.by_stance_angle`."""

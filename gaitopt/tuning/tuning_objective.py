@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 
@@ -32,7 +32,7 @@ class TuningObjective(Protocol):
         ...
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class SpectralRadius:
     """The largest modulus of a multiplier, the asymptotic decay rate of small deviations per step.
@@ -50,7 +50,7 @@ class SpectralRadius:
         return _radius(derivative)
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class SensitivityNorm:
     """The gait sensitivity norm: the size of deviations after a push, summed over all steps.

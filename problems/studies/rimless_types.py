@@ -1,10 +1,12 @@
 """Rimless wheel: regions of its gait types A to D in the plane of slope and friction.
 
-The borders are special points of branches over friction at two slopes, followed over the slope.  In complete slip the
-wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
-border is drawn where the contact sequence before its special point does not change.
+The borders are special points of branches over friction at three slopes, followed over the slope.  In complete slip
+the wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
+border consists of curves between points of codimension two, at which the contact sequence before the special point
+changes.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -18,15 +20,15 @@ from gaitopt.continuation import trace_curve
 from gaitopt.study import PublishedValue, Reproduction
 
 BORDERS = {
-    "A and B": ("slip_onset", GAIT_STYLE["B"]["color"]),
-    "B and C": ("impact_cone", GAIT_STYLE["C"]["color"]),
-    "C and D": ("loss_of_stick", GAIT_STYLE["D+"]["color"]),
-    "D, lifts off": ("lift_off", "0.45"),
-    "D, does not roll over": ("roll_over", "0.2"),
+    "A and B": (("slip_onset",), GAIT_STYLE["B"]["color"]),
+    "B and C": (("impact_cone",), GAIT_STYLE["C"]["color"]),
+    "C and D": (("loss_of_stick", "event_coincidence"), GAIT_STYLE["D+"]["color"]),
+    "D, lifts off": (("lift_off",), "0.45"),
+    "D, does not roll over": (("roll_over",), "0.2"),
 }
-"""Kind of special point and colour of each border."""
+"""Kinds of special points and colour of each border."""
 
-STARTS = ((13.0, tuple(BORDERS)), (6.0, ("B and C", "C and D")))
+STARTS = ((13.0, tuple(BORDERS)), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
 
 
 def study(
@@ -55,7 +57,7 @@ def _trace_borders(slope, names, ends, frictions):
     diagram = trace(problem, {"friction": frictions})
     for name in names:
         for number, branch in enumerate(diagram.branches[:2]):
-            places = [place for place, point in enumerate(branch.special) if point.kind.key == BORDERS[name][0]]
+            places = [place for place, point in enumerate(branch.special) if point.kind.key in BORDERS[name][0]]
             places = places[:1] if name == "A and B" else places[-1:]
             for place in places:
                 yield name, trace_curve(problem, diagram, ends, branch=number, special=place)
@@ -74,7 +76,16 @@ def _label(axes, limits, frictions):
 
 
 def _numbers(curves):
-    """Yield the differences of borders from closed forms."""
+    """Yield the differences of borders from closed forms, and the distances of the ends at which their curves meet."""
+    for name in ("B and C", "C and D"):
+        parts = sorted(
+            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_left
+        )
+        for left, right in itertools.pairwise(parts):
+            place = f"{np.degrees(right[0, 1]):.4f} deg"
+            yield PublishedValue(
+                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, CLOSED_FORM
+            )
     for name, curve in curves:
         friction, slope = curve.values.T
         middle = f"{np.degrees(slope.min()):.1f} to {np.degrees(slope.max()):.1f} deg"
@@ -87,13 +98,18 @@ def _numbers(curves):
             yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
 
 
+def _left(values):
+    """Return the least slope of a border."""
+    return values[0, 1]
+
+
 def _remarks(curves):
     """Yield how each border ends."""
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
         yield (
-            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.2f} deg ({curve.begin}) to "
-            f"mu = {last:.4f}, alpha = {np.degrees(high):.2f} deg ({curve.end})."
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({curve.begin}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({curve.end})."
         )
 
 

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / "gaitopt").rglob("*.py"))
 VAGUE = {"utils", "util", "helpers", "helper", "common", "misc", "tools", "stuff"}
@@ -16,21 +18,25 @@ def calls(tree, name):
     ]
 
 
+@pytest.mark.slow
 def test_files_stay_small_enough_to_read():
     assert [path for path in FILES if len(path.read_text().splitlines()) > 400] == []
 
 
+@pytest.mark.slow
 def test_only_the_command_line_prints(trees):
     quiet = [path for path in FILES if "cli" not in path.relative_to(ROOT).parts]
     assert [(path, lines) for path in quiet if (lines := calls(trees[path], "print"))] == []
 
 
+@pytest.mark.slow
 def test_nothing_is_asserted_without_a_sentence(trees):
     """Python leaves asserts out with -O, and they tell a user nothing."""
     asserts = [(path, node.lineno) for path in FILES for node in ast.walk(trees[path]) if isinstance(node, ast.Assert)]
     assert asserts == []
 
 
+@pytest.mark.slow
 def test_every_file_says_what_it_holds(trees):
     assert [path for path in FILES if not ast.get_docstring(trees[path])] == []
 

@@ -41,6 +41,7 @@ def repeated(names):
     return {name: found for name, found in places.items() if len(found) > 1}
 
 
+@pytest.mark.slow
 def test_every_class_has_its_own_name(trees):
     names = [(name, path) for path in FILES for name in classes_of(trees[path])]
     assert len(names) > 200

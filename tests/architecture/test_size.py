@@ -48,6 +48,7 @@ def calls_of(tree):
                     yield f"{node.name}.{member.name}", member, parameter_count(member, method=True)
 
 
+@pytest.mark.slow
 def test_functions_fit_on_a_screen(trees):
     long = [
         f"{path.relative_to(PACKAGE)}:{function.lineno}: {function.name} has {length(function)} lines"

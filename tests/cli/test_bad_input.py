@@ -166,3 +166,10 @@ def test_nothing_finite_but_nan_reaches_json(command, root):
     facts = json.loads(run.out, parse_constant=lambda constant: pytest.fail(f"{constant} is not JSON"))
     assert facts["problem"]["torque_limit"] == {"ankle": "inf", "hip": "inf"}
     assert math.isfinite(facts["cost_of_transport"])
+
+
+def test_an_option_named_like_a_parameter_is_answered_by_how_a_parameter_is_changed(command):
+    solve, doctor = (command(verb, "--friction", "0.1") for verb in ("solve", "doctor"))
+    assert solve.status == doctor.status == 2
+    assert "A parameter of a problem script is changed by --set friction=VALUE." in " ".join(solve.err.split())
+    assert "--set" not in doctor.err

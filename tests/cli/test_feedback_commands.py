@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
 import gaitopt
@@ -32,6 +33,7 @@ def test_stability_under_a_law(capsys):
     assert gait["radius"] < 0.3
 
 
+@pytest.mark.slow
 def test_tune_prints_what_was_found(capsys):
     arguments = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--starts", "2", "--json")
     code, text = run(capsys, *arguments)
@@ -120,6 +122,7 @@ def test_a_law_by_the_stance_angle(capsys):
     assert 0.3 < gait["radius"] < 0.95
 
 
+@pytest.mark.slow
 def test_push_prints_a_table(capsys):
     code, text = run(
         capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1", "--workers", "1"
@@ -180,6 +183,7 @@ def script(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path, script):
     """Tuned, reloaded from the file of its gains, simulated, exported: one file outside of the package."""
     name, gains = f"{script}:hip_spring", str(tmp_path / "gains.json")
@@ -196,6 +200,18 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
     assert run(capsys, "export", GAIT, "--law", gains, "-o", str(tmp_path / "torques.json"))[0] == 0
     written = json.loads((tmp_path / "torques.json").read_text(encoding="utf-8"))
     assert written["gains"] == facts["gains"]
+
+
+def test_the_torque_limit_of_a_command_holds_for_the_law_of_a_script(script, slip_gait):
+    first, far = slip_gait.motion.segments[0], np.array([0, 0, 100.0, 100.0])
+    hips = [
+        design_for(slip_gait, slip_gait.robot, f"{script}:hip_spring", limit, False)
+        .law({})
+        .torque_at(0.1, first.q[:, 0] + far, first.v[:, 0] + far)[1]
+        for limit in (1000.0, 6.0)
+    ]
+    assert abs(hips[0]) > 6.5
+    assert abs(hips[1]) == pytest.approx(6.0, abs=1e-9)
 
 
 def test_a_script_without_a_law_is_explained(capsys, script):

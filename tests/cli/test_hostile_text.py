@@ -23,6 +23,7 @@ def files(slip_gait, folder):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:constrained_layout")  # such long names leave no room for axes
 @pytest.mark.parametrize(
     "words",

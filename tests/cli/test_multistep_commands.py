@@ -51,3 +51,16 @@ def test_an_interrupted_solve_has_its_exit_status(command, script, monkeypatch):
 
     monkeypatch.setattr("gaitopt.cli.multistep_output._describe_iteration", stop)
     assert command("solve", script(SCRIPT), "-o", "two.h5").status == 130
+
+
+@pytest.mark.slow
+def test_the_script_of_the_rough_floor_is_solved_and_drawn(command, folder, root):
+    run = command("solve", root / "problems" / "studies" / "compass_rough_floor.py", "-o", "rough.h5", "--json")
+    assert run.status == 0, run.err
+    assert run.json["verification"]["passed"]
+    steps = run.json["steps"]
+    assert [step["friction"] for step in steps] == [0.5, 0.5, 0.05, 0.5, 0.5]
+    assert [step["rise"] for step in steps[:3]] == pytest.approx([0, 0.01, 0])
+    assert load_steps(folder / "rough.h5").motion.jumps[-1].q_next[1] == pytest.approx(0.01 - 0.02, abs=1e-6)
+    assert command("verify", "rough.h5", "--json").json["verification"]["passed"]
+    assert command("plot", "rough.h5", "-o", "rough.png").status == 0

@@ -23,6 +23,7 @@ def run(capsys, *words):
     return end.value.code, capsys.readouterr()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "name", "options"),
     [
@@ -66,7 +67,7 @@ def test_a_walk_is_simulated_and_its_events_are_listed(capsys, tmp_path):
     data = json.loads(printed.out)
     assert (status, data["stop"], data["steps"], data["file"]) == (0, "duration_done", 2, str(path))
     assert [event["names"][0] for event in data["events"]] == ["knee B closes", "foot B closes", "knee A closes"]
-    assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # contacts.md, section 6
+    assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # independent integration
     assert data["events"][1]["impulse"]["foot B"][1] > 0
     assert "foot_A_mode" in path.read_text(encoding="utf-8").splitlines()[0]
 
@@ -113,6 +114,7 @@ def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, 
     assert sentence in " ".join(printed.err.split())
 
 
+@pytest.mark.slow
 def test_a_walk_over_steps_and_patches(capsys, tmp_path):
     options = ["--steps", 2, "--rise", "0.6:-0.01", "--patch", "0.2:0.7:0.9"]
     status, printed = run(capsys, "simulate", KNEED, *options, "--json", "-o", tmp_path / "walk.gif")

@@ -86,9 +86,9 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
 @pytest.mark.parametrize(
     ("words", "advice"),
     [
-        (("stability",), "'gaitopt show', 'verify'"),
-        (("tune",), "'gaitopt stability SCRIPT --law lqr' (or step_lqr)"),
-        (("push",), "'gaitopt stability SCRIPT --law lqr' (or step_lqr)"),
+        (("simulate",), "'gaitopt show', 'verify'"),
+        (("tune",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
+        (("push",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
         (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
     ],
 )

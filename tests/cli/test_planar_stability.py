@@ -6,11 +6,12 @@ import math
 import pytest
 from typer.testing import CliRunner
 
-from gaitopt import Collocation
+from gaitopt import Collocation, save
 from gaitopt.cli.app import app
 from gaitopt.cli.script import require_single_support_gait
 from gaitopt.errors import InputError
 from gaitopt.ocp import solve_planar
+from gaitopt.stability import assess_planar
 from tests.ocp.multicontact_examples import walk
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
@@ -113,10 +114,12 @@ def test_what_these_robots_do_not_support_is_said(arguments, message):
     assert message in " ".join(str(result.exception).split()) or message in " ".join(result.output.split())
 
 
+@pytest.mark.slow
 def test_no_gait_is_exit_status_1():
     assert run("stability", HOPPER, "--set", "thrust=0", "--starts", 1).exit_code == 1
 
 
+@pytest.mark.slow
 def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     settings = ("clearance=0.02", "stance_intervals=6", "flight_intervals=16")  # as for `hop_gait`
     monopod = ("problems/monopod.py", *(word for setting in settings for word in ("--set", setting)))
@@ -129,9 +132,19 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
 
+def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
+    (gait,) = gaits_of(save(hop_gait, tmp_path / "hop.h5"))
+    expected = assess_planar(hop_gait)
+    assert gait["radius"] == pytest.approx(expected.radius, rel=1e-9)
+    assert gait["period"] == pytest.approx(expected.period, rel=1e-12)
+    result = run("stability", tmp_path / "hop.h5", "--set", "friction=0.5")
+    assert isinstance(result.exception, InputError)
+    assert "--set changes the parameters of a script" in str(result.exception)
+
+
 def test_commands_on_feedback_name_the_command_for_several_contacts():
     gait = solve_planar(walk(transcription=Collocation(intervals=10)))
-    with pytest.raises(InputError, match="several contacts; 'gaitopt stability SCRIPT --law lqr'"):
+    with pytest.raises(InputError, match="several contacts; 'gaitopt stability FILE --law lqr'"):
         require_single_support_gait(gait)
 
 
@@ -152,6 +165,7 @@ def test_wrong_options_of_an_optimal_gait_get_a_sentence(options, message):
     assert message in str(error)
 
 
+@pytest.mark.slow
 def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
     script = "problems/compass_double_support.py"
     settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.4")

@@ -75,6 +75,7 @@ def test_tuning_shows_its_verification():
     assert text == "verifying: pushes up to 0.125 rad/s, 30 of 200 walks"
 
 
+@pytest.mark.slow
 def test_each_walk_of_a_verification_is_reported(command, root, monkeypatch):
     seen = []
     monkeypatch.setattr(feedback, "_progress", lambda step: seen.append(step) or "")

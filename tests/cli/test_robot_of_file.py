@@ -35,6 +35,7 @@ def edited(folder):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -48,6 +48,7 @@ def test_completion(folder):
     assert done.stdout.split() == ["solve"]
 
 
+@pytest.mark.slow
 def test_a_new_script_is_solved_as_it_is(command, folder):
     assert command("new", "my_walker").out == "wrote my_walker.py\nnext: gaitopt solve my_walker.py\n"
     plain = command("solve", "my_walker.py", "--json")

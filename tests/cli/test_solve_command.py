@@ -57,6 +57,7 @@ def test_a_module_that_cannot_be_imported_in_the_background_prevents_no_other(mo
     assert "colorsys" in sys.modules
 
 
+@pytest.mark.slow
 def test_a_solve_does_not_import_scipy(root, folder):
     """Its import would take a third of the solve."""
     command = ["solve", str(root / "problems/compass_slip.py"), "--set", "speed=0.6", "-o", "gait.h5", "-q"]
@@ -243,6 +244,7 @@ def problem(friction=0.3, weight=10.0):
 '''
 
 
+@pytest.mark.slow
 def test_a_script_with_its_own_objective_and_neighbours(command, script):
     script("SPEED = 0.6\n", "sibling.py")
     path = script(OWN, "json.py")  # the name of a module of the standard library, which it must not replace

@@ -44,12 +44,14 @@ def test_sweep_prints_a_table_and_goes_on(command, quick, folder):
     assert command(*arguments, "--set", "intervals=12").status == 2
 
 
+@pytest.mark.slow
 def test_sweep_in_processes_knows_the_classes_of_a_script(command, quick):
     """An objective of the script's own reaches the workers."""
     ran = command("sweep", quick, "--over", "friction=0.14,0.18", "--starts", "1", "--workers", "2", "-o", "f.nc")
     assert ran.status == 0, ran.err
 
 
+@pytest.mark.slow
 def test_a_cluster_finds_the_same_and_knows_the_classes_of_a_script(command, quick, scheduler):
     arguments = ("sweep", quick, "--over", "friction=0.14,0.18", "--starts", "1")
     far = command(*arguments, "--scheduler", scheduler, "-o", "far.nc")
@@ -70,6 +72,7 @@ def test_sweep_refuses_what_cannot_be(command, quick):
     assert "does not exist" in command("sweep", quick, "--over", "friction=0.1:0.2:2", "-o", "none/f.nc").err
 
 
+@pytest.mark.slow
 def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     process = subprocess.Popen(
         [
@@ -106,6 +109,7 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     assert not load_sweep(folder / "f.nc").attrs["complete"]
 
 
+@pytest.mark.slow
 def test_search_ranks_prints_and_goes_on(command, quick, folder):
     arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "sequences")
     ran = command(*arguments)
@@ -128,6 +132,7 @@ def test_search_ranks_prints_and_goes_on(command, quick, folder):
     assert command(*arguments, "--set", "intervals=12").status == 2
 
 
+@pytest.mark.slow
 def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, folder, monkeypatch, sticking):
     from gaitopt.plot import comparison_figure
 
@@ -148,6 +153,7 @@ def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, fold
     ]
 
 
+@pytest.mark.slow
 def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     other = folder / "other.h5"
     other.write_bytes(slip_file.read_bytes())
@@ -163,6 +169,7 @@ def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     assert "got the same file twice" in command("compare", slip_file, slip_file).err
 
 
+@pytest.mark.slow
 def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, root):
     write_old_file(folder / "gait.h5", "mine")
     own = "import dataclasses\nfrom compass_slip import problem as usual\n\n\ndef problem():\n    given = usual()\n"
@@ -177,6 +184,7 @@ def test_compare_takes_the_robot_of_a_script(command, write_old_file, folder, ro
     assert "largest multiplier" in ran.out
 
 
+@pytest.mark.slow
 def test_pareto_prints_the_front_and_its_knee(command, quick, folder):
     arguments = ("pareto", quick, "--points", "3", "--workers", "1", "-o", "front.nc", "--figure", "front.png")
     ran = command(*arguments)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt import load_diagram
+from gaitopt.study.storage.study_lock import lock_study
 from tests.docs.checked_commands import read_command
 
 PASSIVE, WHEEL = "problems/compass_passive.py", "problems/rimless_wheel.py"
@@ -39,6 +40,7 @@ def test_a_range_has_the_unit_of_the_script(command, root, folder):
     assert load_diagram(folder / "slope.nc").records()["branches"] == result.json["branches"]
 
 
+@pytest.mark.slow
 def test_a_table_lists_branches_and_special_points(command, root):
     result = command("trace", root / WHEEL, "--over", "friction=1:0.25", "--quiet", "-o", "wheel.png")
     assert (result.status, result.out) == (0, "")
@@ -49,6 +51,7 @@ def test_a_table_lists_branches_and_special_points(command, root):
     assert "stick slip+ | stick" in shown
 
 
+@pytest.mark.slow
 def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
     result = command("trace", slip_file, "--over", "friction=0.139:0.141", "--json")
     assert result.status == 0, result.err
@@ -106,6 +109,7 @@ def test_an_interrupt_keeps_the_branches_followed(command, root, folder, monkeyp
     assert json.loads(json.dumps(diagram.records()))["branches"] == result.json["branches"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_trace_is_continued_by_the_same_command(command, root, folder, monkeypatch):
     from gaitopt.continuation import tracing
 
@@ -137,6 +141,7 @@ def test_an_interrupted_trace_is_continued_by_the_same_command(command, root, fo
     assert not checkpoint.exists()
 
 
+@pytest.mark.slow
 def test_a_robot_with_several_contacts_is_traced(command, root):
     arguments = ("trace", root / "problems/hopper.py", "--over", "thrust=0.02:0.0205", "--starts", "1")
     result = command(*arguments, "--json")
@@ -148,6 +153,7 @@ def test_a_robot_with_several_contacts_is_traced(command, root):
     assert "--engine must be auto or scipy" in refused.err
 
 
+@pytest.mark.slow
 def test_the_simplest_walker_doubles_its_period_in_the_limit_of_light_legs(command, root, folder):
     # 0.0150884379 rad for feet without mass, from a computation without legs' inertia; Garcia et al. (1998): 0.015.
     (folder / "problems").symlink_to(root / "problems")
@@ -157,3 +163,12 @@ def test_the_simplest_walker_doubles_its_period_in_the_limit_of_light_legs(comma
     assert (curve["kind"], curve["parameters"]) == ("period_doubling", ["slope", "leg_mass"])
     slope, mass = zip(*curve["values"], strict=True)
     assert np.polyfit(mass, slope, 2)[-1] == pytest.approx(0.0150884379, abs=1e-10)
+
+
+@pytest.mark.parametrize("script", [WHEEL, "problems/compass_slip.py"])
+def test_a_trace_to_a_file_that_another_process_computes_is_refused(command, root, folder, script):
+    with lock_study(folder / "branch.nc"):
+        result = command("trace", root / script, "--over", "friction=1:0.9", "-o", "branch.nc")
+        assert (result.status, result.out) == (2, "")
+        assert "branch.nc: it is being computed by process" in " ".join(result.err.split())
+        assert sorted(path.name for path in folder.iterdir()) == ["branch.nc.lock"]

@@ -27,6 +27,7 @@ def test_a_script_of_a_gait_problem_gives_branches_of_optimal_gaits(command, roo
     assert load_optima(folder / "optima.nc").records()["branches"] == result.json["branches"]
 
 
+@pytest.mark.slow
 def test_tables_list_branches_of_several_sequences(command, root, folder):
     result = command(
         "trace", root / OPTIMA, *COARSE, "--points", "3", "--replay", "0", "--sequences", "slip+ stick | slip+"
@@ -70,6 +71,7 @@ def test_an_interrupt_keeps_the_gaits_followed(command, root, folder, monkeypatc
     assert len(result.json["branches"][0]["points"]) == 3
 
 
+@pytest.mark.slow
 def test_neighbouring_sequences_and_their_border_are_printed(command, root):
     options = ["--set", "friction=0.14", "--set", "intervals=20", "--points", "4", "--replay", "0", "--neighbours"]
     result = command("trace", root / OPTIMA, *options, "--over", "speed=0.62:0.66")

@@ -50,6 +50,7 @@ def follow_until(wheel, path, points):
         trace(wheel, RANGE, options=TraceOptions(checkpoint=checkpoint), observer=stop)
 
 
+@pytest.mark.slow
 def test_a_trace_continues_to_the_same_dataset(wheel, whole, tmp_path, evaluations):
     path = tmp_path / "wheel.checkpoint"
     follow_until(wheel, path, 6)

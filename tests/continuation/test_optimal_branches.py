@@ -111,8 +111,8 @@ def test_the_margin_is_zero_at_a_special_point(low_friction):
     changes = [item for item in follower.follow(low_friction, 1) if isinstance(item, PathChange)]
     assert changes
     for change in changes:
-        assert abs(change.here.margins[change.index]) < 1e-11
-        assert np.delete(change.here.margins, change.index).min() > -1e-9
+        assert abs(change.optimum.margins[change.index]) < 1e-11
+        assert np.delete(change.optimum.margins, change.index).min() > -1e-9
 
 
 def test_a_branch_of_the_other_direction_has_the_same_special_points(problem, diagram):
@@ -123,6 +123,7 @@ def test_a_branch_of_the_other_direction_has_the_same_special_points(problem, di
     assert not other.branches[0].replayed.any()
 
 
+@pytest.mark.slow
 def test_the_optimal_cost_over_the_slope_touches_zero_at_the_passive_gait():
     slope = math.radians(1)
     passive = find_cycles(compass_biped(), {"slope": slope, "friction": 0.5}, starts=10)[0]
@@ -196,6 +197,7 @@ def over_speed(problem):
     return trace_optimum(problem.replace(friction=0.14), {"speed": (0.6, 0.7)}, options=options)
 
 
+@pytest.mark.slow
 def test_a_sticking_impact_at_its_cone_starts_the_branch_of_the_slipping_impact(over_speed):
     first, second = over_speed.branches[:2]
     (cone,) = [point for point in first.special if "impact cone" in point.constraint]
@@ -217,6 +219,7 @@ def test_the_border_of_lowest_cost_is_where_cold_solves_cost_the_same(problem, o
     assert border.cost == pytest.approx(costs[0], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_branch_ends_by_name_where_no_gait_satisfies_the_limits(problem):
     options = OptimumOptions(points=4, replay=0)
     start = problem.replace(friction=0.14)

@@ -55,7 +55,7 @@ def follow(nlp, x, active=(), direction=1.0, samples=5):
 
 
 def changes_of(items):
-    return [(item.kind, item.index, item.here.point.value) for item in items if isinstance(item, PathChange)]
+    return [(item.kind, item.index, item.optimum.point.value) for item in items if isinstance(item, PathChange)]
 
 
 def test_a_curve_turns_where_the_reduced_hessian_is_singular():
@@ -67,11 +67,11 @@ def test_a_curve_turns_where_the_reduced_hessian_is_singular():
     assert abs(value) < 1e-10
     assert end == "range_end"
     points = [item for item in items if isinstance(item, PathPoint)]
-    assert points[-1].here.point.x[0] == pytest.approx(-1.0, abs=1e-9)
+    assert points[-1].optimum.point.x[0] == pytest.approx(-1.0, abs=1e-9)
     for item in points:
-        x = item.here.point.x[0]
+        x = item.optimum.point.x[0]
         assert x**2 == pytest.approx(item.value, abs=1e-9)
-        assert item.here.negative == (x < 0)
+        assert item.optimum.negative == (x < 0)
 
 
 def test_a_constraint_becomes_active_and_inactive_at_exact_values():
@@ -105,8 +105,8 @@ def test_samples_that_a_step_passes_are_interpolated_and_corrected():
     assert set(np.linspace(0, 2, 81)) <= set(values)
     assert np.all(np.diff(values) >= 0)
     expected = np.minimum(2 * values - values**2, 0.99)
-    assert [item.here.point.x[0] for item in points] == pytest.approx(expected, abs=1e-11)
-    assert not any(item.here.negative for item in points)
+    assert [item.optimum.point.x[0] for item in points] == pytest.approx(expected, abs=1e-11)
+    assert not any(item.optimum.negative for item in points)
     assert len({id(item.tangent) for item in points}) < 50  # tangents of steps, not of samples
 
 
@@ -126,7 +126,7 @@ def test_a_constraint_at_a_vertex_replaces_another_one():
     assert indices == (4, 3, 2)
     assert values == pytest.approx([1.5, 1.5, 2.0], abs=1e-10)
     assert end == "range_end"
-    last = items[-1].here
+    last = items[-1].optimum
     assert last.point.x == pytest.approx([0.75, -0.25], abs=1e-9)
     assert last.margins.min() > 0
 
@@ -148,7 +148,7 @@ def test_dependent_rows_are_counted():
         [INF, INF, 0, 0],
         (0.5, 1),
     )
-    one, two = (follow(nlp, [0.25, 0.25], active=active)[0][0].here for active in ((2,), (2, 3)))
+    one, two = (follow(nlp, [0.25, 0.25], active=active)[0][0].optimum for active in ((2,), (2, 3)))
     assert (one.dependent, two.dependent) == (0, 1)
 
 

@@ -13,7 +13,9 @@ from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_
 from gaitopt.continuation.gait_source import make_gait_source
 from gaitopt.continuation.planar_changes import classify_planar_change, ends_early
 from gaitopt.model import compass_with_two_feet
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.stability import PlanarWalkProblem, assess_stability
+from gaitopt.stability.planar_gaits.planar_linearisation import event_derivative
 from tests.conftest import ROOT
 
 ONE_START = TraceOptions(starts=1, arclength=ArclengthOptions(first_step=0.2, longest_step=0.4))
@@ -103,6 +105,7 @@ def two_feet_diagram(two_feet):
     return trace(two_feet, {"friction": (0.1755, 0.1743)}, options=ONE_START)
 
 
+@pytest.mark.slow
 def test_two_feet_slip_where_one_contact_at_a_time_slips(two_feet_diagram):
     # The value of the robot with one foot on the ground at a time, from another simulator: docs/howto/branches.md.
     (branch,) = two_feet_diagram.branches
@@ -111,6 +114,39 @@ def test_two_feet_slip_where_one_contact_at_a_time_slips(two_feet_diagram):
     assert onset.value == pytest.approx(0.174918491, abs=1e-8)
     assert onset.after == "foot A slip+ > foot A stick | foot B stick"
     assert np.abs(onset.multipliers_before) == pytest.approx(np.abs(onset.multipliers_after), abs=1e-5)
+
+
+ONSET_AT_TOUCHDOWN = 0.17308079724
+MULTIPLIERS_AT_TOUCHDOWN = [0.4833284242 + 0.5195586268j, 0.4833284242 - 0.5195586268j, 0.3855601631]
+"""Friction at which the slip of the second onset begins exactly at the touchdown, and the multipliers on both sides:
+`trace` of the robot with one foot on the ground at a time, another simulator (docs/howto/branches.md)."""
+
+
+@pytest.mark.parametrize("beside", [2e-10, -2e-10])
+def test_multipliers_are_exact_where_slip_begins_at_the_touchdown(two_feet, beside):
+    z = np.array([0.147836746684, -0.732796271041, -0.500668250391, 0.0])
+    family = make_gait_source(two_feet, {"friction": (0.174, 0.173)}).start(next(two_feet.search(1))).family
+    value = ONSET_AT_TOUCHDOWN + beside
+    for _ in range(4):
+        sample = family.evaluate(z, value)
+        derivative = family.derivative(z, value, sample, by_value=np.zeros(4))
+        z = z - np.linalg.solve(derivative[:, :4], sample.residual)
+    onset = sample.structure.endswith("foot A stick > foot A slip- | foot B stick")
+    assert onset is (beside < 0)
+    assert family.multipliers(derivative, sample) == pytest.approx(MULTIPLIERS_AT_TOUCHDOWN, abs=1e-8)
+
+
+def test_the_time_of_an_impact_is_that_of_the_contact_that_closes(two_feet):
+    cycle = next(two_feet.search(1))
+    family, z, value = make_gait_source(two_feet, {"friction": (0.3, 0.2)}).start(cycle, 0.25)
+    rollout = family.evaluate(z, value).passage[0]
+    arc, event = rollout.arcs[-1], rollout.motion.events[-1]
+    automaton = PlanarAutomaton(two_feet.robot, {**cycle.parameters, "friction": value})
+    exact = event_derivative(automaton, arc, event, None)
+    kinds = automaton.phase(arc.start).equations.guards
+    coincident = arc._replace(ended_by=next(kind for kind in kinds if kind.name == "slips-"))
+    assert arc.ended_by.name == "closes"
+    assert event_derivative(automaton, coincident, event, None) == pytest.approx(exact, abs=1e-14)
 
 
 def test_gains_of_a_law_are_parameters():
@@ -156,6 +192,7 @@ def test_a_step_that_ends_before_the_knee_strikes_ends_early():
     assert not ends_early("A stick | B stick", "A stick | A stick, K latched | B stick")
 
 
+@pytest.mark.slow
 def test_a_special_point_is_followed_over_a_second_parameter(two_feet, two_feet_diagram, monkeypatch):
     monkeypatch.setattr(two_parameters, "MOST_POINTS", 1)  # each point is located by bisection
     slope = math.radians(1)

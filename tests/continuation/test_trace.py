@@ -77,6 +77,7 @@ def test_a_branch_ends_where_the_wheel_no_longer_rolls_over():
     assert end.value == pytest.approx(brentq(excess, 0.01, 0.1), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_special_points_of_the_wheel(wheel_diagram):
     branch = wheel_diagram.branches[0]
     # The greatest force ratio of the sticking gait is 0.914121; the others are in tests/references/rimless_wheel.py.
@@ -108,6 +109,7 @@ def test_complete_slip_is_followed_as_a_branch_of_its_own(wheel_diagram):
     assert branch.special_of("roll_over")[0].multipliers_before[0].real == pytest.approx(branch.radii[-1], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_special_points_of_gait_b(compass_diagram):
     # The study and its reproduction: docs/reproduction.md.
     branch = compass_diagram.branches[0]
@@ -122,6 +124,7 @@ def test_special_points_of_gait_b(compass_diagram):
     assert onset.value == pytest.approx(critical.friction, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_gait_c_joins_the_second_sticking_gait(compass):
     start = next(
         gait
@@ -158,6 +161,7 @@ def test_multipliers_agree_with_finite_differences(compass, compass_diagram):
         assert np.abs(expected) == pytest.approx(np.abs(branch.multipliers[k][:3]), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_period_doublings_of_goswamis_compass(cascade):
     doublings = [branch.special_of("period_doubling")[0] for branch in cascade.branches]
     assert math.degrees(doublings[0].value) == pytest.approx(4.390898, abs=5e-7)
@@ -172,6 +176,7 @@ def test_period_doublings_of_goswamis_compass(cascade):
     assert np.max(np.abs(later.orbits[-1, 0] - later.orbits[-1, 1])) > 1e-2
 
 
+@pytest.mark.slow
 def test_coexisting_gaits_are_found_by_deflation(compass):
     options = TraceOptions(deflate=True, starts=16)
     diagram = trace(compass, {"friction": (0.16, 0.12)}, options=options)

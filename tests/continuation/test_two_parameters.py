@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, load_diagram, rimless_wheel, trace
-from gaitopt.continuation import save_diagram, trace_curve, two_parameters
+from gaitopt.continuation import ArclengthOptions, TraceOptions, save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
 
 SLOPE = math.radians(13)
+LONG_STEPS = TraceOptions(arclength=ArclengthOptions(first_step=0.1, longest_step=0.3))
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +34,7 @@ def special_number(diagram, kind):
     return [point.kind.key for point in diagram.branches[0].special].index(kind)
 
 
+@pytest.mark.slow
 def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     # Type C ends where the foot speed of complete slip is constant: mu = tan(alpha), Gamus & Or (2015).
     curve = trace_curve(
@@ -53,6 +55,7 @@ def test_the_curve_of_lost_stick_is_the_slope_of_friction(wheel, diagram):
     assert (curve.begin, curve.end) == ("range_end", "range_end")
 
 
+@pytest.mark.slow
 def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
     ends = (math.radians(12.8), math.radians(13.2))
     curve = trace_curve(wheel, diagram, {"slope": ends}, special=special_number(diagram, "impact_cone"))
@@ -66,6 +69,7 @@ def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
         assert (point.before, point.after) == (curve.before, curve.after)
 
 
+@pytest.mark.slow
 def test_curves_are_kept_in_the_file(wheel, diagram, tmp_path):
     from dataclasses import replace
 
@@ -89,3 +93,44 @@ def test_curves_are_kept_in_the_file(wheel, diagram, tmp_path):
 def test_invalid_requests_are_named(wheel, diagram, second, special, message):
     with pytest.raises(InputError, match=message):
         trace_curve(wheel, diagram, second, special=special)
+
+
+def test_curves_end_where_they_meet():
+    # A slip begins exactly at a touchdown that begins to slip: the border of Types B and C is one curve on each side of
+    # this point, from different branches.
+    low, high, ends = math.radians(11.13), math.radians(11.15), []
+    for slope in (low, high):
+        at = WalkProblem(robot=rimless_wheel(), parameters={"slope": slope})
+        across = trace(at, {"friction": (0.238, 0.236)}, options=LONG_STEPS)
+        number = special_number(across, "impact_cone")
+        curve = trace_curve(at, across, {"slope": (low, high)}, special=number, options=LONG_STEPS)
+        assert [curve.begin, curve.end].count("meets slip onset") == 1
+        ends.append(curve.values[0 if curve.begin.startswith("meets") else -1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+    # If the foot does not slip before the touchdown, the ratio of the impulses is a closed form of angle and inertia.
+    sine, cosine, inertia = math.sin(math.pi / 10), math.cos(math.pi / 10), 1 / 3
+    assert ends[0][0] == pytest.approx(sine * cosine / (1 + inertia - sine**2), abs=1e-9)
+
+
+def test_a_curve_turns_where_both_ends_of_the_step_begin_to_slip():
+    # Type A slips first at the end of its step or, beyond the corner, at its start; the ratio of the forces of the
+    # wheel, which rotates about its foot, is a closed form, and equals the friction at both.
+    low, high = math.radians(11.26), math.radians(11.28)
+    at = WalkProblem(robot=rimless_wheel(), parameters={"slope": high})
+    across = trace(at, {"friction": (0.264, 0.258)}, options=LONG_STEPS)
+    curve = trace_curve(at, across, {"slope": (low, high)}, options=LONG_STEPS)
+    assert curve.before == "stick | stick"
+    assert min(worst_ratio_error(*values) for values in curve.values) < 1e-9
+
+
+def worst_ratio_error(friction, slope, half=math.pi / 10, inertia=1 / 3):
+    """Return the larger difference between friction and the ratio of the forces at both ends of a step of Type A."""
+    kept = (math.cos(2 * half) + inertia) / (1 + inertia)  # of the rate in an impact
+    end = 4 * math.sin(slope) * math.sin(half) / (1 + inertia) / (1 - kept**2)  # squared rate, in units of gravity
+    errors = []
+    for angle, squared in ((-half, kept**2 * end), (half, end)):
+        turn = math.sin(angle + slope) / (1 + inertia)
+        tangential = math.cos(angle) * turn - math.sin(angle) * squared - math.sin(slope)
+        normal = math.cos(slope) - math.sin(angle) * turn - math.cos(angle) * squared
+        errors.append(abs(-tangential / normal - friction))
+    return max(errors)

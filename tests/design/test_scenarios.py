@@ -29,6 +29,7 @@ def plan():
     return solve_scenarios(problem(), SCENARIOS, search=QUICK)
 
 
+@pytest.mark.slow
 def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
     assert plan.robust
     assert [scenario.parameters for scenario in plan.selected] == [{"friction": 0.1}]
@@ -53,6 +54,7 @@ def test_a_push_needs_feedback(plan):
     assert test.recovered < 4
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_workers(plan):
     few = Scenarios(ranges={"friction": (0.1, 0.12)}, push=0.3, steps=5)
     one = check_scenarios(plan.gait, plan.law, few, count=3)

@@ -166,6 +166,7 @@ def test_a_bound_that_is_not_active_costs_nothing():
     assert gait.solver.objective == pytest.approx(free.solver.objective, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_gains_are_optimised_with_the_gait(tmp_path):
     bound = StabilityBound(radius=0.3, gain_limit=10)
     gait = solve(PROBLEM.replace(stability=bound))
@@ -185,6 +186,7 @@ def test_the_radius_may_be_part_of_the_objective():
     assert gait.solver.objective == pytest.approx(torque + 4.0 * radius, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sequence", "objective", "weight", "gain"),
     [

@@ -59,6 +59,7 @@ def law(script):
     return module.hip_brake(RECORDED.robot, RECORDED.motion, math.inf)
 
 
+@pytest.mark.slow
 def test_the_commands_name_tune_simulate_and_export_it(script, command):
     name = f"{script.name}:hip_brake"
     tuned = command("tune", GAIT, "--law", name, "--starts", "1", "-o", "gains.json", "--json")

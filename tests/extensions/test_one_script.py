@@ -85,6 +85,7 @@ def solve(folder, command):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extension", SCRIPTS)
 def test_one_script_adds_it(folder, command, solve, extension):
     gait = solve(extension)

@@ -29,6 +29,7 @@ def energy(scene, velocity):
     return velocity @ scene.mass @ velocity / 2
 
 
+@pytest.mark.slow
 def test_energy_never_grows_in_ten_thousand_random_impacts():
     """Up to three contacts: feet, feet of one body, stops, latched stops; also more rows than coordinates."""
     rng, statuses, closed = np.random.default_rng(14), Counter(), Counter()

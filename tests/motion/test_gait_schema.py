@@ -108,6 +108,7 @@ PLANAR_CHANGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "change", "message"),
     [("slip", *case) for case in WALKER] + [(PLANAR, *case) for case in PLANAR_CHANGES],

@@ -48,6 +48,7 @@ def test_the_robot_of_the_catalogue_is_used_itself():
     assert gait.robot is compass_biped()
 
 
+@pytest.mark.slow
 def test_a_custom_robot_is_restored_in_another_process(custom_file):
     program = (
         "import sys\n"

@@ -3,6 +3,8 @@
 import math
 import os
 import signal
+import sys
+import threading
 
 import casadi as ca
 import numpy as np
@@ -12,6 +14,7 @@ from gaitopt import Collocation, InputError, Ipopt, Limits, Newton, Status, Warm
 from gaitopt.ocp.nlp import active_set
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
 from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.progress import silent
 
@@ -272,3 +275,23 @@ def test_a_large_nlp_is_left_to_the_other_solver_unless_the_grid_is_known(square
     assert not newton_runs
     assert solve(squared.replace(speed=0.64, guess=WarmStart(gait))).status is Status.SOLVED
     assert newton_runs[-1] is not None
+
+
+def test_a_vanishing_pivot_gives_no_output(capfd):
+    """Two equal constraints of large slope: the compliance of the second is lost by cancellation."""
+    nlp = small_nlp(lambda x, z: x[0] ** 2 + x[1] ** 2, lambda x, z: [1e6 * (x[0] + x[1])] * 2)
+    found = minimised(nlp, [5, -3], 0.0, FREE, [(3, 3)] * 2)
+    np.testing.assert_allclose(found.x, [1.5e-6, 1.5e-6], rtol=1e-6)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_warnings_of_other_threads_are_written(capsys):
+    stream = sys.stderr
+    with discard_warnings():
+        print("of this thread", file=sys.stderr)
+        other = threading.Thread(target=print, args=["of another thread"], kwargs={"file": sys.stderr})
+        other.start()
+        other.join()
+    print("after the block", file=sys.stderr)
+    assert sys.stderr is stream
+    assert capsys.readouterr().err == "of another thread\nafter the block\n"

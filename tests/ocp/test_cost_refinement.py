@@ -60,6 +60,7 @@ def random_problem(seed):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 7])
 def test_the_default_grid_is_accurate_in_cost(seed):
     """Truth: the same local optimum on about twice as many intervals as the finest of the solve."""

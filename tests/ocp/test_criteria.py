@@ -88,6 +88,7 @@ def economical(reference_problem):
     return optimum
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=["collocation", "shooting"])
 @pytest.mark.parametrize(
     ("objective", "sequence", "tolerance"), CASES, ids=lambda part: getattr(part, "name", str(part))

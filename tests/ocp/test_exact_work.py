@@ -137,6 +137,7 @@ def assert_costs_agree(problem, gait, solution, cost):
     assert problem.objective.evaluate(replay(gait).motion) == pytest.approx(cost, rel=TOLERANCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_objective_plan_and_replay_agree(solve_and_keep, seed):
     problem = random_problem(seed)
@@ -144,6 +145,7 @@ def test_objective_plan_and_replay_agree(solve_and_keep, seed):
     assert_costs_agree(problem, gait, solution, problem.objective.evaluate(replay(gait).motion))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem",
     [

@@ -36,6 +36,7 @@ def solved(forces, scheme, **changes):
     return verify(solve(stated))
 
 
+@pytest.mark.slow
 @both
 @every_robot
 def test_the_gait_is_replayed_and_its_ledger_closes(forces, scheme):

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, Margins, TorqueSquared, compass_biped, rimless_wheel
+from gaitopt import GaitProblem, InputError, Limits, Margins, Parameter, TorqueSquared, compass_biped, rimless_wheel
 from gaitopt.errors import SequenceError
 
 
@@ -26,6 +26,16 @@ def test_replace_checks_again(reference_problem):
     assert problem.friction == 0.14
     with pytest.raises(InputError, match="friction must be at least 0"):
         problem.replace(friction=-0.1)
+
+
+def test_a_problem_is_checked_again_without_new_records_of_its_numbers(reference_problem, monkeypatch):
+    first = reference_problem()
+
+    def refuse(*arguments, **options):
+        raise AssertionError("a parameter is made again")
+
+    monkeypatch.setattr(Parameter, "__init__", refuse)
+    assert reference_problem(friction=0.15).limits == first.limits
 
 
 def test_the_description_is_complete_and_plain(reference_problem):

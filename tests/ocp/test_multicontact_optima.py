@@ -76,6 +76,7 @@ def test_the_least_torque_of_a_kneed_walker_downhill_is_zero_in_its_passive_gait
     assert first.v[names.index("b"), 0] == pytest.approx(-0.0571481063377, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sequence", "objective", "friction"),
     [
@@ -158,6 +159,7 @@ def equality_jacobian(transcription, problem, gait) -> Array:
     return jacobian[rows][:, free]
 
 
+@pytest.mark.slow
 def test_a_start_with_other_durations_may_lead_to_another_optimum():
     """The optimum with the shortest possible double support costs more."""
     short = drag(0.02, 0.02)

@@ -152,6 +152,7 @@ def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypat
     assert gait.solver.violations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"torque": 0.3}, {"friction": 0.02, "speed": 1.2}])
 def test_an_infeasible_open_problem_is_concluded_after_its_first_start(reference_problem, change):
     steps = []

@@ -54,6 +54,7 @@ def test_any_alone_is_every_sequence():
     assert not PhaseSequence.parse("foot stick > flight |", robot).is_open
 
 
+@pytest.mark.slow
 def test_an_open_problem_has_the_best_gait_of_its_sequences():
     problem = walk(transcription=Collocation(intervals=10), friction=0.3)
     best = solve_planar(problem.replace(sequence="foot A any |"))

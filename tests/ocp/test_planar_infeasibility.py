@@ -1,15 +1,21 @@
 """Infeasible problems of robots with several contacts: their conflicting limits, and plans that are not gaits."""
 
+import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from gaitopt import Status
+from gaitopt import InputError, Status
+from gaitopt.cli.script import load_script
 from gaitopt.ocp import Collocation, PlanarLimits, solve_planar
-from gaitopt.ocp.multicontact.planar_infeasibility import conclude_planar_failure
+from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
+from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_solver import _Start
 from gaitopt.ocp.nlp.ipopt import Ipopt
-from tests.ocp.multicontact_examples import walk
+from gaitopt.ocp.nlp.keys import Kind
+from gaitopt.progress import silent
+from tests.ocp.multicontact_examples import hop, walk
 
 WEAK = {"ankle A": 1.0, "hip": 1.0, "ankle B": 0.0}
 """Torque limits [N m] with which the walker does not reach its speed."""
@@ -63,4 +69,64 @@ def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch
     solve_grid = _Start.solve
     monkeypatch.setattr(_Start, "solve", solve_coarse_grid_only)
     problem = walk("foot A stick |", transcription=Collocation(intervals=4, tolerance=1e-12))
-    assert solve_planar(problem).status is Status.PLAN_INACCURATE
+    gait = solve_planar(problem)
+    assert gait.status is Status.PLAN_INACCURATE
+    (warning,) = gait.solver.warnings
+    assert "phase 1 (foot A stick) is" in warning
+    assert "on 4 intervals, but the tolerance is 1.0e-12, and a finer grid has no solution (failed on" in warning
+    with pytest.raises(InputError, match=r"is not a solution \(plan_inaccurate\).*the error between nodes of phase 1"):
+        gait.require()
+
+
+def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monkeypatch):
+    """If no repair raises the foot, the plan is not called solved, and its warning names the contact and the phase."""
+
+    def find_row(transcription, *arguments):
+        gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in transcription.constraints.entries)
+        return {next(row for row, is_gap in enumerate(gap) if is_gap): -1.0}
+
+    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_solver.find_early_touchdowns", find_row)
+    gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
+    assert gait.status is Status.PLAN_INACCURATE
+    (warning,) = gait.solver.warnings
+    assert warning.startswith("contact 'foot B' touches the ground in phase 1 (foot A stick), before its planned")
+
+
+def test_a_phase_of_minimum_duration_is_a_warning():
+    period = 0.4713 / 0.633
+    limits = PlanarLimits(torque={"ankle B": 0}, shortest_phase=period * (1 - 1e-9))
+    gait = solve_planar(walk("foot A stick |", limits=limits, transcription=Collocation(intervals=10)))
+    assert gait.status is Status.SOLVED
+    (warning,) = gait.solver.warnings
+    assert warning.startswith(f"phase 1 (foot A stick) lasts {period:g} s, the minimum (PlanarLimits.shortest_phase)")
+
+
+@pytest.mark.parametrize(
+    ("sequence", "sign"), [("foot slip+ > flight |", "forward"), ("foot slip- > flight |", "backward")]
+)
+def test_a_hop_whose_foot_slips_in_one_direction_only_is_refused_with_its_reason(sequence, sign):
+    gait = solve_planar(hop(sequence, friction=0.3))
+    assert gait.status is Status.INFEASIBLE
+    assert f"all contacts slip {sign} all the time" in gait.solver.message
+    assert gait.solver.iterations <= 1
+
+
+def test_slip_in_one_direction_is_possible_if_gravity_balances_friction():
+    downhill = hop("foot slip+ > flight |", friction=math.tan(0.1)).replace(slope=0.1)
+    both = downhill.replace(friction=0.2, transcription=Collocation())
+    assert explain_one_way_slip(downhill) is None
+    assert "tan(slope) = 0.1003" in explain_one_way_slip(downhill.replace(friction=0.2))
+    assert "-tan(slope) = -0.1003" in explain_one_way_slip(downhill.replace(sequence="foot slip- > flight |"))
+    assert explain_one_way_slip(downhill.replace(friction=0.2, sequence="foot stick > flight |")) is None
+    assert explain_one_way_slip(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
+
+
+@pytest.mark.slow
+def test_the_friction_that_suffices_is_near_the_smallest():
+    """The motion of least excess needs 4.95, the ratio of two small forces; a gait exists at 0.05."""
+    problem = load_script(Path(__file__).parents[2] / "problems" / "telescoping_biped.py")
+    elastic = PlanarElastic(problem(friction=0.01), Ipopt(permute=False, tolerance=1e-6), silent)
+    nearest = elastic.minimise_excess()
+    sufficient = elastic.find_sufficient_friction(nearest.x)
+    assert 0.01 < sufficient < 0.25
+    assert solve_planar(problem(friction=sufficient)).status.ok

@@ -97,6 +97,7 @@ def test_a_gait_of_another_sequence_is_a_start_too(reference_problem, solved):
     assert gait.solver.objective < solved(sequence=SLIP, friction=0.12).solver.objective
 
 
+@pytest.mark.slow
 def test_of_several_starts_the_cheapest_is_kept():
     """The first and the last start lead to one optimum, the second to one of lower cost."""
     problem = draw_problem(12)
@@ -211,6 +212,7 @@ def test_a_small_margin_makes_up_for_a_coarse_grid(reference_problem):
     assert not gait.solver.warnings
 
 
+@pytest.mark.slow
 def test_a_force_that_leaves_its_cone_just_behind_a_node_is_met_by_a_finer_grid():
     """On its first grid this foot, once at rest, would slide again for a moment: its replay walks another sequence."""
     problem = random_problem(3).replace(margins=Margins(cone=0), transcription=Collocation(intervals=40))

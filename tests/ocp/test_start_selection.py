@@ -83,6 +83,7 @@ def test_an_interrupt_of_a_start_keeps_the_earlier_ones(reference_problem, run):
         assert "the result is the solution before this refinement" in gait.solver.message
 
 
+@pytest.mark.slow
 def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(monkeypatch):
     monkeypatch.setattr(start_selection, "COST_RANGE", 0.05)
     problem, runs = draw_problem(12), []
@@ -96,6 +97,7 @@ def test_an_interrupt_of_a_second_refinement_is_reported_with_the_first_gait(mon
     assert solve(problem, starts=STARTS, observer=stop_in_run(len(iterations(runs)))[0]).status is Status.INTERRUPTED
 
 
+@pytest.mark.slow
 def test_starts_after_equal_motions_or_solutions_are_not_tried(reference_problem, monkeypatch):
     problem = reference_problem(sequence=SLIP)
     best_of_three, after_equal_motions = solve(problem, starts=STARTS).solver, solve(problem).solver

@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt import ContactSequence, CostOfTransport, Limits, Margins, Mode, TorqueSquared, compass_biped
 from gaitopt.model import solve_impact
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.ocp.bounds import bounds, data_vector
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from tests.ocp.nlp_examples import example_nlp
@@ -33,6 +34,13 @@ def test_grids_and_sequences_share_the_equations_of_motion_of_a_mode():
     sticking = sized("stick | stick", (5,), TorqueSquared())
     assert fine.dynamics_of_phases[1] is coarse.dynamics_of_phases[1] is sticking.dynamics_of_phases[0]
     assert fine.dynamics_of_phases[0] is not fine.dynamics_of_phases[2]
+
+
+def test_a_slip_that_continues_that_of_the_impact_needs_no_force_at_rest(monkeypatch):
+    monkeypatch.setattr(PhaseDynamics, "excess_at_rest", None)
+    assert (Group.START, 0) not in sized("slip+ stick | slip+", (3, 4), TorqueSquared()).constraints
+    with pytest.raises(TypeError, match="not callable"):
+        sized("slip+ stick | stick", (3, 4), TorqueSquared())
 
 
 def test_sizes_of_a_sticking_problem():

@@ -70,6 +70,7 @@ def test_a_direct_reversal_is_walked():
     assert verify(gait).status is Status.SOLVED
 
 
+@pytest.mark.slow
 def test_a_slip_after_a_sticking_impact_is_walked():
     """Its optimum had the sticking force on the cone after the impact: the replay stuck at the first instant."""
     gait = solve(
@@ -93,6 +94,7 @@ def resting(reference_problem):
     return solve(reference_problem(sequence="slip+ stick slip- | slip+", margins=Margins(slip_speed=0)))
 
 
+@pytest.mark.slow
 def test_a_slip_that_comes_to_rest_is_an_inaccurate_plan(resting):
     assert resting.status is Status.PLAN_INACCURATE
     assert "changes its contact mode between nodes" in resting.solver.warnings[0]

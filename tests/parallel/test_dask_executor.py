@@ -42,12 +42,14 @@ def cluster(scheduler):
         yield connected
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_executor(cluster):
     assert results(works.slow_add, chain(10), 100, execution=Execution(executor=cluster)) == results(
         works.slow_add, chain(10), 100
     )
 
 
+@pytest.mark.slow
 def test_a_sweep_is_the_same_byte_for_byte(cluster):
     def run(**options):
         return sweep(quick_problem(), {"friction": [0.14, 0.18]}, starts=1, execution=Execution(**options))
@@ -89,6 +91,7 @@ def test_workers_that_die_cost_only_the_task_that_kills_them(cluster, tmp_path):
     assert all(done.result == key for key, done in ended.items() if key != "guilty")
 
 
+@pytest.mark.slow
 def test_a_lost_scheduler_ends_a_study_with_all_that_was_finished_kept(tmp_path):
     with dask.scheduler(tmp_path) as (address, process):
         with pytest.raises(GaitoptError, match="has had no workers for 0 s; start workers: dask worker tcp"):
@@ -172,6 +175,7 @@ def test_an_address_must_be_a_text():
         DaskExecutor(None)
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_freezes_is_lost_within_seconds(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "_COUNT_INTERVAL", 0.0)
     monkeypatch.setattr(module, "ANSWER", 2.0)

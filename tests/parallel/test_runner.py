@@ -1,6 +1,8 @@
 """Tasks in processes: order, dependence, death and dismissal."""
 
+import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -14,6 +16,7 @@ import pytest
 
 from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
+from gaitopt.parallel.executors import ExternalExecutor
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests.parallel import works
@@ -62,6 +65,7 @@ def test_tasks_in_no_order_are_refused():
         results(works.add, chain(1), 0, execution=Execution(workers=0))
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_only_the_task_that_kills_it(tmp_path):
     names = ["one", "unlucky", "two", "guilty", "three"]
     tasks = [*map(Task, names, names), Task("after", "after", ("guilty", "unlucky"))]
@@ -223,3 +227,32 @@ def test_a_script_needs_no_guard(tmp_path):
 def test_an_execution_that_is_invalid_is_refused(options, message):
     with pytest.raises(InputError, match=message):
         Execution(**options)
+
+
+def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
+    ended = []
+
+    def shutdown(executor, *, kill):
+        signal.raise_signal(signal.SIGINT)
+        ended.append(kill)
+
+    monkeypatch.setattr(ExternalExecutor, "shutdown", shutdown)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
+        results(math.pow, [Task("square", 2), Task("cube", 3)], 10, execution=Execution(executor=threads))
+    assert ended == [False]
+
+
+def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
+    calls, begun = [], threading.Event()
+
+    def work(shared, argument, *needed):
+        assert begun.wait(10)
+        return argument
+
+    def meanwhile():
+        calls.append("called")
+        begun.set()
+
+    with ThreadPoolExecutor(1) as threads:
+        assert results(work, chain(4), execution=Execution(executor=threads), meanwhile=meanwhile).keys() == set("0123")
+    assert calls == ["called"]

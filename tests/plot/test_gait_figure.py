@@ -151,6 +151,7 @@ def check_texts(figure):
     assert overlapping == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["slipping", "sticking", "slipping_both_ways", "sloping", "infeasible"])
 def test_texts_are_large_enough_inside_the_page_and_apart(name, request):
     check_texts(draw(request.getfixturevalue(name)))

@@ -65,6 +65,7 @@ def overlapping(texts):
     return [(a, b) for a in range(len(boxes)) for b in range(a) if boxes[a].padded(-0.5).overlaps(boxes[b])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_of_a_gait_are_inside_the_page(gait, width):
     figure = draw(gait, width)
@@ -75,6 +76,7 @@ def test_legends_of_a_gait_are_inside_the_page(gait, width):
     assert angles.get_window_extent().width > 0.55 * figure.bbox.width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 4])
 @pytest.mark.parametrize("width", WIDTHS[::2])
 def test_legends_of_a_comparison_are_inside_the_page(gait, width, count):

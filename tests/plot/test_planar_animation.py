@@ -13,7 +13,7 @@ from gaitopt.motion.force_scale import LONGEST_FORCE, force_scale
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot.insets import ForceDiagram, choose_foot
 from gaitopt.plot.scene import Scene
-from gaitopt.plot.style import contact_color
+from gaitopt.plot.style import leg_color
 from gaitopt.simulation import simulate_planar
 
 
@@ -71,7 +71,7 @@ def test_a_leg_keeps_its_colour_when_the_legs_exchange_roles(both_feet):
         frame = frames.frame(number)
         diagram.show(frame)
         colors.add((frame.step, diagram._lines[0].get_color()))
-    assert colors == {(0, contact_color(0)), (1, contact_color(1))}
+    assert colors == {(0, leg_color(0)), (1, leg_color(1))}
 
 
 def both_feet_gait(motion):

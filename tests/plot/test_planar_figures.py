@@ -18,9 +18,11 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
-from gaitopt.plot.style import MODE_FILL, WARNING, contact_color
+from gaitopt.plot.panels import foot_style
+from gaitopt.plot.style import MODE_FILL, WARNING, leg_color
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
+from tests.simulation.planar_examples import heel_toe_walker
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 
@@ -41,7 +43,7 @@ def hopper():
 
 @pytest.fixture(scope="module")
 def both_feet():
-    """Two feet that slide apart and one of them forward, then backward (contacts.md, section 6)."""
+    """Two feet that slide apart and one of them forward, then backward."""
     robot, th = compass_with_two_feet(), 0.5
     q = [0, 1.6 * np.cos(th), -th, th]
     v = [1.6 * np.cos(th), -1.6 * np.sin(th), -1, 0.5]
@@ -77,7 +79,7 @@ def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
     assert labels(axes["modes"]) == ["foot A", "foot B"]
     for name in ("normal forces", "force ratio", "foot speed"):
         colors = [line.get_color() for line in axes[name].lines[:2]]
-        assert colors == [contact_color(0), contact_color(1)], name
+        assert colors == [leg_color(0), leg_color(1)], name
     bars = {patch.get_gid() for patch in axes["modes"].patches}
     assert {"slip+", "slip-"} <= bars
     ratio = axes["force ratio"].lines[0].get_ydata()
@@ -147,6 +149,7 @@ def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, reque
     check_texts(plot_motion(request.getfixturevalue(name), title=name))
 
 
+@pytest.mark.slow
 def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
     check_texts(plot_gait(hop_gait))
     narrow = plot_gait(hop_gait, style=FigureStyle(width=3.5, titled=False))
@@ -183,3 +186,23 @@ def test_motions_that_cannot_be_drawn_are_refused():
         plot_motion(still.__class__(**{**vars(still), "segments": ()}))
     with pytest.raises(InputError, match="motion must be"):
         view_motion("walk")
+
+
+def test_heel_and_toe_of_a_foot_have_the_colour_of_their_leg_and_dashes_of_their_own():
+    angles, rates, ground = (
+        {"x": 0, "a": 0.279, "b": -0.329},
+        {"a": -1.184, "b": -0.718},
+        {"slope": 0.04, "friction": 2.0},
+    )
+    robot = heel_toe_walker()
+    q, v = place_planar(robot, angles, rates, ground, on=["heel a"])
+    view = view_motion(simulate_planar(robot, q, v, ground, until="heel b closes").motion)
+    assert [(contact.name, contact.leg, contact.leg_number) for contact in view.contacts] == [
+        ("heel a", "foot a", 0),
+        ("toe a", "foot a", 0),
+        ("heel b", "foot b", 1),
+        ("toe b", "foot b", 1),
+    ]
+    heel, toe = (foot_style(view, foot) for foot in (0, 1))
+    assert heel["color"] == toe["color"] == leg_color(0)
+    assert heel["linestyle"] != toe["linestyle"]

@@ -181,7 +181,7 @@ def test_what_has_no_figure_is_refused(results):
         (lambda: plot_sweep(three), r"at most two parameters of a sweep.*table.sel\(speed=0.5\)"),
         (lambda: plot_sweep(results["sweep"], quantity="peak_torqe"), "peak_torque"),
         (lambda: plot_result(1.0), "no figure of an object of class float"),
-        (lambda: plot_result(results["tuned gains"], quantity="x"), "for a sweep and for a diagram"),
+        (lambda: plot_result(results["tuned gains"], quantity="x"), "only sweeps and diagrams of periodic gaits"),
         (lambda: plot_robustness({}), "at least one record"),
     ]:
         with pytest.raises(InputError, match=message):

@@ -34,6 +34,7 @@ def integrate(time, values):
     return CubicSpline(time, values, axis=-1).integrate(*time[[0, -1]])
 
 
+@pytest.mark.slow
 @every_script
 def test_it_is_solved_and_its_replay_is_the_plan(name):
     gait = gait_of(name)
@@ -102,6 +103,7 @@ def test_the_quadruped_alternates_between_its_pairs_of_legs():
     assert momentum[:, 0] == pytest.approx(np.full(drop.size, momentum[0, 0]), abs=1e-6 * weight)
 
 
+@pytest.mark.slow
 def test_the_solve_of_the_quadruped_does_not_depend_on_rounding_errors():
     problem = call_script(ROOT / "problems" / "bounding_quadruped.py", [])
     problem = problem.replace(transcription=evolve(problem.transcription, tolerance=np.inf))

@@ -79,6 +79,7 @@ SLOW = ("five_link", "multiple_shooting")
 PAIRS = [(path, method) for path in OPTIMISED for method in TRANSCRIPTIONS if (path.stem, method) != SLOW]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("path", "method"), PAIRS, ids=[f"{path.stem}-{method}" for path, method in PAIRS])
 def test_it_is_solved_and_verified(path, method):
     problem, gait = solved(path, method)

@@ -91,6 +91,7 @@ def test_it_replays_two_steps(rolling, rolling_gait):
     assert [str(walk.motion.sequence(step)) for step in range(2)] == ["slip+ stick | slip+"] * 2
 
 
+@pytest.mark.slow
 def test_sweep_over_the_radius(rolling, tmp_path):
     problem = rolling_problem(rolling, 0.2)
     path = tmp_path / "radii.nc"

@@ -93,6 +93,7 @@ def run(name, **parameters):
     return runpy.run_path(str(STUDIES / f"{name}.py"))["study"](**parameters)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SMALL)
 def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
     study = run(name, **SMALL[name])

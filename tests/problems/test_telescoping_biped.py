@@ -66,6 +66,7 @@ def test_the_closed_form_has_the_published_values():
     assert walking_work(0.8, 0.5) == pytest.approx(0.0232165285480, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_work_of_the_walk_tends_to_the_impulsive_one():
     limits = (f"force_limit={limit}" for limit in (4, 8))
     weaker, stronger = (positive_work(gait_of(limit, "intervals=12"), LEGS) / WALK for limit in limits)
@@ -73,6 +74,7 @@ def test_the_work_of_the_walk_tends_to_the_impulsive_one():
     assert 2 * stronger - weaker == pytest.approx(1, abs=0.03)  # the excess is about proportional to 1 / force_limit
 
 
+@pytest.mark.slow
 def test_the_work_of_the_run_tends_to_the_impulsive_one():
     impulsive = 1 / (8 * 1.2**2)
     weaker, stronger = (positive_work(gait_of(*RUN, f"force_limit={limit}"), LEGS) / impulsive for limit in (4, 8))
@@ -87,6 +89,7 @@ def test_the_actuators_of_the_run_replace_what_the_impact_takes():
     assert sum(segment.time[-1] - segment.time[0] for segment in gait.motion.segments) == pytest.approx(1 / 1.2)
 
 
+@pytest.mark.slow
 def test_a_hip_that_works_in_double_support_lowers_the_work():
     """The impulsive gait is the best one of telescoping legs without hip torque only."""
     work = {

@@ -36,6 +36,7 @@ def page(diagram, tmp_path_factory):
     return path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_every_point_has_its_gait_with_a_player_of_each_step(page):
     shown = re.findall(r'<circle class="branch-point"[^>]*data-gait="([^"]+)"', page)
     assert shown == ["gait-0-0", "gait-0-1", "gait-1-0", "gait-1-1"]

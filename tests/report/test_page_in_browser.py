@@ -17,6 +17,7 @@ def wait_until(page, condition):
     raise AssertionError(condition)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("viewport", ["phone", "desktop"])
 def test_the_page_fits_the_screen(open_page, viewport, scheme):

@@ -74,6 +74,7 @@ def test_basin_of_type_a_without_friction_limit(wheel_walk, hand_wheel):
     assert hand_wheel.motion(state.q[2, -1], state.v[2, -1])[3] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mu", "sequence"),
     [

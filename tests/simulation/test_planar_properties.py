@@ -39,6 +39,7 @@ def random_motion(robot, seed):
     return simulate_planar(robot, q, v, parameters, duration=0.6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_energy_never_grows_in_an_impact_and_every_end_has_a_name(name):
     robot, contacts = ROBOTS[name], 0

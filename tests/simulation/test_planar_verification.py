@@ -1,5 +1,6 @@
 """Optimal gaits of planar robots, replayed by the simulator from their first state and torques alone."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.planar_gait_summary import find_depths
+from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, verify_planar
 from gaitopt.status import Status
@@ -21,6 +24,7 @@ SLIPPING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem",
     [
@@ -59,6 +63,16 @@ def test_a_gait_with_other_torques_fails_its_replay():
     assert 1e-6 < verified.verification.state_error < 0.1
 
 
+def test_a_replay_that_stops_names_the_time_the_event_and_the_contacts():
+    gait = solve_planar(walk(transcription=COARSE))
+    slippery = replace(gait.motion, parameters={**gait.motion.parameters, "friction": 0.05})
+    stop, other = verify_planar(gait.replace_fields(motion=slippery)).verification.reasons
+    assert re.fullmatch(
+        r"the replay stopped at 0\.\d+ s, before the first event, with foot A slip\+: The walker fell\.", stop
+    )
+    assert other == "the replay has the contact sequence 'foot A slip+' instead of 'foot A stick |'"
+
+
 def test_the_replay_has_the_motion_of_the_plan():
     gait = solve_planar(drag())
     rollout = replay_planar(gait)
@@ -80,3 +94,14 @@ def test_tolerances_and_types_are_checked():
     assert not verify_planar(gait, tolerances=Tolerances(state=1e-14)).verification.passed
     with pytest.raises(InputError, match="gait must be a PlanarGait"):
         verify_planar(3)
+
+
+def test_the_depth_of_a_foot_that_swings_through_the_ground_is_reported():
+    gait = solve_planar(walk(transcription=COARSE))  # straight legs, whose foot swings through the ground
+    gaps = gait.motion.segments[0].kinematics.gap
+    foot = gait.motion.contacts.index("foot B")
+    depth = find_depths(gait)["foot B"]
+    assert depth == -gaps[foot].min() > 1e-4
+    rows = [text for name, text in tabulate_planar_gait(gait) if name == "below ground"]
+    assert rows == [f"foot B by {1e3 * depth:.3g} mm while it is not armed, in swing"]
+    assert find_depths(solve_planar(hop()))["foot"] < 1e-6

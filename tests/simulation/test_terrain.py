@@ -139,7 +139,7 @@ def test_a_round_foot_rolls_over_the_edge_of_a_patch():
 
 
 def _round_start(robot):
-    z = 0.1894382832527, -0.2390109878129, -0.1876139814681  # contacts.md, section 6: round feet
+    z = 0.1894382832527, -0.2390109878129, -0.1876139814681  # round feet, independent integration
     return place_planar(robot, {"x": 0, "a": z[0], "b": -z[0]}, {"a": z[1], "b": z[2]}, {"slope": 0.01}, on=["foot A"])
 
 
@@ -172,7 +172,11 @@ def test_invalid_terrain(arguments, message):
 def test_only_simulations_of_robots_with_several_contacts_accept_terrain():
     ground = Ground(slope=SLOPE, terrain=Terrain(steps=[(1, 0.1)]))
     for robot in (COMPASS, compass_biped()):
-        with pytest.raises(InputError, match="A terrain is accepted by simulate_planar"):
+        with pytest.raises(InputError, match="and by MultiStepProblem"):
             robot.resolve(ground)
     with pytest.raises(InputError, match="terrain must be a Terrain"):
         simulate_planar(COMPASS, [0] * 4, [0] * 4, {"terrain": 0.1})
+    with pytest.raises(InputError, match=r"terrain must be a Terrain such as .*, got True"):
+        Ground(terrain=True)
+    with pytest.raises(InputError, match="accept a terrain without ramps"):
+        simulate_planar(COMPASS, [0] * 4, [0] * 4, Ground(terrain=Terrain(ramps=[(1, 2, 0.1)])))

@@ -21,6 +21,7 @@ def find_on_slope(robot, degrees, friction=math.inf, **options):
     return find_cycles(robot, {**options, "slope": math.radians(degrees), "friction": friction}, **steps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("percent", range(10, 31))
 def test_both_gaits_of_the_compass_are_found_at_every_friction_of_the_study(percent):
     # Gamus & Or 2015: Gait A sticks above friction 0.17492, Gait B replaces it below; Gait C exists together with them.

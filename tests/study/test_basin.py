@@ -35,6 +35,7 @@ def test_basin_of_type_a_without_friction_limit():
     assert [value * NATURAL_TIME for value, *_ in edges] == pytest.approx([0.0872, 0.9595], abs=5e-5)
 
 
+@pytest.mark.slow
 def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
     import gaitopt.study.basins.basin as module
 

@@ -33,6 +33,7 @@ def test_the_smallest_fatal_push_of_the_wheel_ends_at_the_edge_of_its_basin():
     assert push.safe < push.size
 
 
+@pytest.mark.slow
 def test_no_smaller_push_of_a_dense_grid_is_fatal():
     gait = find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.3}, starts=10)[0]
     walker, test = walker_of(compass_biped(), gait), PushTest(steps=60)

@@ -88,6 +88,7 @@ def test_long_sequences_have_short_file_names():
     assert all(len(name) < 100 and not set(name) & set('<>:"/|?*') for name in names)
 
 
+@pytest.mark.slow
 def test_a_sweep_does_not_depend_on_the_number_of_workers(problem):
     axes = {"friction": [0.3, 1.0]}
     one, two = (sweep(problem, axes, starts=1, execution=Execution(workers=count)) for count in (1, 2))

@@ -29,6 +29,7 @@ def torque(law, clock, q, v, latched=(), slide=0):
     return law.torque_at(clock, q, v, latched=latched, slide=slide)
 
 
+@pytest.mark.slow
 def test_every_kind_is_survived_up_to_a_limit(gait):
     robot = compass_biped()
     law = computed_torque(robot, gait.motion, stiffness=25, damping=10, torque_limit=8)

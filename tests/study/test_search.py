@@ -29,6 +29,7 @@ def found(ranking):
     return [(str(finding.sequence), finding.status) for finding in ranking.findings]
 
 
+@pytest.mark.slow
 def test_sequences_are_ranked_with_reasons(ranking):
     assert ranking.complete
     assert found(ranking) == [
@@ -46,6 +47,7 @@ def test_sequences_are_ranked_with_reasons(ranking):
     assert "slips forward" in impossible.reason
 
 
+@pytest.mark.slow
 def test_a_search_is_kept_gone_on_with_and_the_same_with_two_workers(ranking, tmp_path):
     def stop(done, total):
         if done == 3:

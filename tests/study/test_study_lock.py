@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+import xarray as xr
 
 from gaitopt import (
     ArchiveError,
@@ -19,6 +20,7 @@ from gaitopt import (
     search,
     sweep,
 )
+from gaitopt.study import Pareto
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.storage.study_lock import lock_study
 
@@ -70,6 +72,8 @@ def test_a_study_that_is_computed_by_another_process_is_refused(hold, tmp_path):
     other = hold(tmp_path / "sequences")
     with pytest.raises(ArchiveError, match=rf"study\.nc: it is being computed by process {process.pid} on"):
         sweep(problem(), AXES, starts=1, path=tmp_path / "study.nc")
+    with pytest.raises(ArchiveError, match=f"computed by process {process.pid}"):
+        Pareto(points=2).trace(problem(), path=tmp_path / "study.nc")
     with pytest.raises(ArchiveError, match=f"computed by process {process.pid}"):
         basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1]}, path=tmp_path / "study.nc")
     with pytest.raises(ArchiveError, match=f"sequences: it is being computed by process {other.pid}"):
@@ -130,6 +134,16 @@ def test_a_sweep_that_another_process_has_finished_is_not_computed_again(tmp_pat
     assert sweep(problem(), AXES, starts=1, path=path, execution=observed).identical(whole)
     assert not calls
     assert path.read_bytes() == finished
+
+
+def test_a_front_that_another_process_has_finished_is_not_computed_again(tmp_path, monkeypatch):
+    from gaitopt.study.trade_offs import pareto as module
+
+    finished = xr.Dataset(attrs={"complete": True})
+    looks = iter([None, finished])
+    monkeypatch.setattr(module, "_read_complete", lambda path, key: next(looks))
+    assert Pareto(points=2).trace(problem(), path=tmp_path / "front.nc") is finished
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_file_is_not_replaced_by_one_with_fewer_points(tmp_path):

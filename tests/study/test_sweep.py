@@ -71,6 +71,7 @@ def test_the_table_is_labelled_and_agrees_with_the_gaits(sequences):
         assert list(file)[-1] == GAITS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_sweep_has_its_robot_once(tmp_path, workers):
     """In the file, and in this process, in which nothing is compiled twice."""
@@ -86,6 +87,7 @@ def test_a_sweep_has_its_robot_once(tmp_path, workers):
         assert load_sweep_gait(path, "stick | stick", friction=friction).robot is robot
 
 
+@pytest.mark.slow
 def test_two_workers_find_the_same(whole):
     assert run(workers=2).identical(whole)
 
@@ -107,6 +109,7 @@ KILLED = """
 """
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_and_ends_with_the_same(whole, tmp_path):
     script, path = tmp_path / "killed.py", tmp_path / "frontier.nc"
     script.write_text(textwrap.dedent(KILLED).format(friction=FRICTION))
@@ -142,6 +145,7 @@ def test_an_interrupted_sweep_keeps_what_is_done(whole, tmp_path):
     assert run(path).identical(whole)
 
 
+@pytest.mark.slow
 def test_points_that_fail_say_why(tmp_path):
     path = tmp_path / "speeds.nc"
     # The robot cannot step 4 m; at 2 m/s it would need more torque than it has.
@@ -257,6 +261,7 @@ def test_two_coarse_gaits_may_change_places_on_the_fine_grid(slip_gait, monkeypa
     assert len(tried) == 2
 
 
+@pytest.mark.slow
 def test_an_objective_of_a_notebook_is_sent_to_workers():
     """A class of a function is pickled by value, like one of a notebook, which no module holds."""
 

@@ -79,6 +79,7 @@ def test_speed_is_bounded_from_below_and_multipliers_are_measured():
     assert np.all(np.isfinite(table.spectral_radius.values))
 
 
+@pytest.mark.slow
 def test_the_spectral_radius_is_bounded_if_its_range_is_stated():
     problem = quick_problem(sequence="slip+ stick | slip+", transcription=Collocation(intervals=(8, 16)))
     trade = Pareto(objectives=("cost", "spectral_radius"), points=2, bounds={"spectral_radius": (0.73, 0.76)})
@@ -100,6 +101,7 @@ def test_friction_demand_is_bounded_while_the_foot_sticks():
         quantity_named("peak_friction_demand").restrict(quick_problem(friction=float("inf")), 0.1)
 
 
+@pytest.mark.slow
 def test_two_processes_and_an_interrupted_run_give_the_same_front(front, tmp_path):
     path = tmp_path / "front.nc"
     seen = []

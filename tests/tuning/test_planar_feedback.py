@@ -46,6 +46,7 @@ STEPS = {"monopod": 1e-8}
 second derivatives jump there; the error of a difference is proportional to its step."""
 
 
+@pytest.mark.slow
 def test_feedback_along_the_gait_stabilises_it_with_exact_multipliers(gait):
     law = planar_lqr(gait)
     cycle = assess_planar(gait, law)
@@ -56,6 +57,7 @@ def test_feedback_along_the_gait_stabilises_it_with_exact_multipliers(gait):
     np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
 
 
+@pytest.mark.slow
 def test_feedback_along_the_gait_respects_its_actuators_and_limits(gait):
     chosen = select_actuators(gait, None)[:1]
     law, robot = planar_lqr(gait, actuators=chosen, torque_limit=1e3), gait.robot
@@ -71,12 +73,14 @@ def test_feedback_along_the_gait_respects_its_actuators_and_limits(gait):
         planar_state_feedback(gait, [])
 
 
+@pytest.mark.slow
 def test_step_to_step_feedback_stabilises_the_gait(gait, law):
     cycle = assess_planar(gait, law)
     assert cycle.radius < 0.9
     assert cycle.period == pytest.approx(gait.period, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_closed_loop_multipliers_agree_with_differences(gait, law):
     for feedback in (planar_joint_pd(gait, stiffness=30, damping=3), law):
         cycle = assess_planar(gait, feedback)
@@ -86,6 +90,7 @@ def test_closed_loop_multipliers_agree_with_differences(gait, law):
         np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
 
 
+@pytest.mark.slow
 def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gait, law):
     robot, cycle = gait.robot, assess_planar(gait, law)
     y, n = np.array([*cycle.state.values()]), gait.robot.n_q
@@ -127,6 +132,7 @@ def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
     assert np.sort(np.abs(cycle.multipliers - 1))[:2] == pytest.approx([0, 0], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_slip_that_stays_below_the_tolerance_ends_by_itself():
     """Just before lift-off the foot slips backward for an instant, and then forward, at less than 1e-9 m/s."""
     gait = solve_planar(hop(clearance=1e-2))

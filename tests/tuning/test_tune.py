@@ -66,6 +66,7 @@ def test_the_best_trial_is_returned(slipping, tuned):
     assert tuned.fixed_point_shift < 1e-6
 
 
+@pytest.mark.slow
 def test_the_verified_radius_is_one_from_which_walks_return(slipping, tuned):
     """Walks of the simulator from well inside the ball end in the gait, and from far outside they do not.
 

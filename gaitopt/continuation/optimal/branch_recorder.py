@@ -53,75 +53,82 @@ class BranchRecorder:
 
     def add_point(self, point: PathPoint) -> None:
         """Add a point, and the extremum of the cost before it if there is one."""
-        here = point.here
-        self._add_extremum(here)
+        optimum = point.optimum
+        self._add_extremum(optimum)
         if self._dependent is None:
-            self._dependent = here.dependent
+            self._dependent = optimum.dependent
         replay = self.every and len(self.points) % self.every == 0
-        self._replays.append(self._replayer.replay(here) if replay else None)
-        self._states.append(self._replayer.project(here))
+        self._replays.append(self._replayer.replay(optimum) if replay else None)
+        self._states.append(self._replayer.project(optimum))
         self._rows.append(
             {
-                "values": here.point.value,
-                "costs": here.cost,
-                "cost_slopes": here.cost_slope,
-                "cost_errors": self._cost_error(here),
-                "negative": here.negative,
+                "values": optimum.point.value,
+                "costs": optimum.cost,
+                "cost_slopes": optimum.cost_slope,
+                "cost_errors": self._cost_error(optimum),
+                "negative": optimum.negative,
                 "dependent": self._dependent,
-                "strictness": here.strictness,
-                "active": here.active.inequalities.size,
+                "strictness": optimum.strictness,
+                "active": optimum.active.inequalities.size,
             }
         )
-        self.points.append(here)
+        self.points.append(optimum)
 
     def add_change(self, change: PathChange) -> None:
         """Add a special point."""
-        here = change.here
+        optimum = change.optimum
         if change.kind is not PathKind.TURNING_POINT:
-            self._add_extremum(here)
+            self._add_extremum(optimum)
             leaves = change.kind is PathKind.DEACTIVATION
             self._dependent = 0 if leaves and self._dependent == 0 else None  # a subset is as independent
             sides, name = (SIDES[leaves], SIDES[not leaves]), self.nlp.name_constraint(change.index)
         else:
             sides, name = (str(self.nlp.problem.sequence),) * 2, ""
-        self._add_special(change.kind.key, here, change.width, sides, name, turns=change.turns)
+        self._add_special(change.kind.key, optimum, change.width, sides, name, turns=change.turns)
         self._last = None if change.turns else self._last
 
-    def _add_extremum(self, here: KktLinearisation) -> None:
-        if has_flat_cost(here):
+    def _add_extremum(self, optimum: KktLinearisation) -> None:
+        if has_flat_cost(optimum):
             return
-        extremum = None if self._last is None else locate_cost_extremum(self._last, here)
+        extremum = None if self._last is None else locate_cost_extremum(self._last, optimum)
         if extremum is not None:
             sequence = str(self.nlp.problem.sequence)
             width = float(np.spacing(abs(extremum.point.value)))
             self._add_special("cost_extremum", extremum, width, (sequence, sequence), "")
-        self._last = here
+        self._last = optimum
 
     def _add_special(
-        self, kind: str, here: KktLinearisation, width: float, sides: tuple[str, str], name: str, *, turns: bool = False
+        self,
+        kind: str,
+        optimum: KktLinearisation,
+        width: float,
+        sides: tuple[str, str],
+        name: str,
+        *,
+        turns: bool = False,
     ) -> None:
         self.special.append(
             OptimalSpecialPoint(
                 kind=kind,
-                value=here.point.value,
+                value=optimum.point.value,
                 width=width,
-                cost=here.cost,
+                cost=optimum.cost,
                 constraint=name,
                 before=sides[0],
                 after=sides[1],
-                state=self._replayer.project(here),
+                state=self._replayer.project(optimum),
                 turns=turns,
                 place=len(self.points),
             )
         )
 
-    def _cost_error(self, here: KktLinearisation) -> float:
+    def _cost_error(self, optimum: KktLinearisation) -> float:
         """Return the estimated relative error of the cost on this grid."""
         if math.isnan(self.cost_factor):
             return math.nan
-        ramps = solve_result(here).ramps
+        ramps = solve_result(optimum).ramps
         typical = 1e-6 * self.nlp.problem.objective.typical
-        return math.nan if ramps is None else self.cost_factor * ramps.variation / max(abs(here.cost), typical)
+        return math.nan if ramps is None else self.cost_factor * ramps.variation / max(abs(optimum.cost), typical)
 
     def finish(self, end: str, parent: int | None = None) -> OptimalBranch:
         """Return the branch recorded so far."""

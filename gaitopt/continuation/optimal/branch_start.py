@@ -58,24 +58,26 @@ def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gai
     distances = np.abs(np.where(np.isfinite(bound), bound - positions, np.inf))
     signs = np.where(np.abs(scaled) > np.maximum(NONZERO, distances), np.sign(scaled), 0.0)
     active = ActiveSet(np.where(equal, 1, signs).astype(np.int8), equal, nlp.size)
-    here = _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
-    if here is None:
+    optimum = (
+        _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
+    )
+    if optimum is None:
         raise InputError(
             f"The branch must start from an optimum with definite active constraints; that at {name} = {value:.6g} has "
             "none. Begin the range at another value."
         )
-    return here
+    return optimum
 
 
 def _adjust_active_set(nlp: ParametricNlp, point: KktPoint, active: ActiveSet) -> KktLinearisation | None:
     """Return the optimum near a point; violated constraints and multipliers of the wrong sign switch."""
     for _ in range(MOST_ADJUSTMENTS):
-        here = correct(nlp, point, active, at_value(point.value))
-        if here is None or here.strictness >= -NONZERO:
-            return here
-        for index in np.flatnonzero(here.margins < -NONZERO).tolist():
-            active = active.switch(index, 0 if active.sides[index] else here.nearest_side(index))
-        point = here.point
+        optimum = correct(nlp, point, active, at_value(point.value))
+        if optimum is None or optimum.strictness >= -NONZERO:
+            return optimum
+        for index in np.flatnonzero(optimum.margins < -NONZERO).tolist():
+            active = active.switch(index, 0 if active.sides[index] else optimum.nearest_side(index))
+        point = optimum.point
     return None
 
 

@@ -14,9 +14,9 @@ TOLERANCE = 4e-16
 """Relative tolerance of a located value."""
 
 
-def has_flat_cost(here: KktLinearisation) -> bool:
+def has_flat_cost(optimum: KktLinearisation) -> bool:
     """Return whether the optimal cost does not depend on the parameter, within rounding errors."""
-    return abs(here.cost_slope) < FLAT * here.nlp.transcription.nlp.typical / here.nlp.width
+    return abs(optimum.cost_slope) < FLAT * optimum.nlp.transcription.nlp.typical / optimum.nlp.width
 
 
 def locate_cost_extremum(one: KktLinearisation, other: KktLinearisation) -> KktLinearisation | None:
@@ -34,16 +34,16 @@ def locate_cost_extremum(one: KktLinearisation, other: KktLinearisation) -> KktL
     return None if value is None else move_along(other, value)
 
 
-def move_along(here: KktLinearisation, value: float) -> KktLinearisation | None:
+def move_along(optimum: KktLinearisation, value: float) -> KktLinearisation | None:
     """Return the optimum of the piece of a branch, whose active set is kept, at a value of the parameter."""
-    if value == here.point.value:
-        return here
-    step = value - here.point.value
-    return correct(here.nlp, here.move(step * here.by_parameter, value), here.active, at_value(value))
+    if value == optimum.point.value:
+        return optimum
+    step = value - optimum.point.value
+    return correct(optimum.nlp, optimum.move(step * optimum.by_parameter, value), optimum.active, at_value(value))
 
 
-def _cost_slope_at(here: KktLinearisation, value: float) -> float:
-    moved = move_along(here, value)
+def _cost_slope_at(optimum: KktLinearisation, value: float) -> float:
+    moved = move_along(optimum, value)
     return float("nan") if moved is None else moved.cost_slope
 
 

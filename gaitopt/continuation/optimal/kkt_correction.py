@@ -41,8 +41,8 @@ Condition = Callable[[KktLinearisation], tuple[Array, float, float]]
 def at_value(value: float) -> Condition:
     """Return the condition that the parameter has a value."""
 
-    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
-        return np.zeros(here.active.count), 1.0, here.point.value - value
+    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
+        return np.zeros(linear.active.count), 1.0, linear.point.value - value
 
     return condition
 
@@ -50,8 +50,8 @@ def at_value(value: float) -> Condition:
 def at_zero_margin(index: int) -> Condition:
     """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
 
-    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
-        return *here.differentiate_margin(index), float(here.margins[index])
+    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
+        return *linear.differentiate_margin(index), float(linear.margins[index])
 
     return condition
 
@@ -72,11 +72,11 @@ class Metric:
 def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
     """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
 
-    def condition(here: KktLinearisation) -> tuple[Array, float, float]:
-        weights, weight = metric.weigh(here.active)
+    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
+        weights, weight = metric.weigh(linear.active)
         row, last = weights * tangent[0], weight * tangent[1]
-        distance = here.pack(here.point.x - predicted.x, here.point.multipliers - predicted.multipliers)
-        return row, last, float(row @ distance + last * (here.point.value - predicted.value))
+        distance = linear.pack(linear.point.x - predicted.x, linear.point.multipliers - predicted.multipliers)
+        return row, last, float(row @ distance + last * (linear.point.value - predicted.value))
 
     return condition
 
@@ -102,45 +102,47 @@ def correct(
         A nearby point of the same active set, whose matrix is used first.
     """
     sizes = np.concatenate([nlp.sizes[active.free], np.ones(active.rows.size)])
-    here, before = KktLinearisation(nlp, start, active), math.inf
-    factorised = here if factorised is None else factorised
+    linear, before = KktLinearisation(nlp, start, active), math.inf
+    factorised = linear if factorised is None else factorised
     for _ in range(MOST_ITERATIONS):
-        row, last, remainder = condition(here)
-        change, step = _take_step(here, factorised, row, last, remainder)
-        scale = sizes + np.abs(here.pack(here.point.x, here.point.multipliers))
+        row, last, remainder = condition(linear)
+        change, step = _take_step(linear, factorised, row, last, remainder)
+        scale = sizes + np.abs(linear.pack(linear.point.x, linear.point.multipliers))
         size = worst(np.abs(change) / scale, abs(step) / nlp.width)
         if not size < LARGEST_STEP:
             return None
-        here = KktLinearisation(nlp, here.move(change, here.point.value + step), active)
+        linear = KktLinearisation(nlp, linear.move(change, linear.point.value + step), active)
         if size < SMALL_STEP:
-            return here if worst(np.abs(here.residual)) < LARGEST_RESIDUAL else None
+            return linear if worst(np.abs(linear.residual)) < LARGEST_RESIDUAL else None
         if np.any(row) or size > FAST * before:
-            factorised = here
+            factorised = linear
         before = size
     return None
 
 
 def _take_step(
-    here: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
+    linear: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
 ) -> tuple[Array, float]:
     """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular."""
     if not np.any(row):  # the parameter is given
         step = -remainder / last
-        residual = here.residual + step * here.column if step else here.residual
+        residual = linear.residual + step * linear.column if step else linear.residual
         return -factorised.solve(residual), step
-    along, nlp = here.by_parameter, here.nlp
-    count = here.active.free.size
-    steepness = worst(np.abs(along[:count]) / nlp.sizes[here.active.free], 0.0) * nlp.width
+    along, nlp = linear.by_parameter, linear.nlp
+    count = linear.active.free.size
+    steepness = worst(np.abs(along[:count]) / nlp.sizes[linear.active.free], 0.0) * nlp.width
     if steepness * STEEP < 1:  # far from a turning point the matrix itself is regular
-        change = here.solve(here.residual)
+        change = linear.solve(linear.residual)
         step = (float(row @ change) - remainder) / (last + float(row @ along))
         return step * along - change, step
-    return _solve_with_condition(here, row, last, -np.append(here.residual, remainder))
+    return _solve_with_condition(linear, row, last, -np.append(linear.residual, remainder))
 
 
-def _solve_with_condition(here: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
+def _solve_with_condition(linear: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:
     """Return the solution of the system extended by one equation, which is regular at turning points too."""
-    matrix = scipy.sparse.bmat([[here.matrix, here.column[:, None]], [row[None, :], np.array([[last]])]], format="csc")
+    matrix = scipy.sparse.bmat(
+        [[linear.matrix, linear.column[:, None]], [row[None, :], np.array([[last]])]], format="csc"
+    )
     try:
         solution = scipy.sparse.linalg.splu(matrix).solve(right)
     except RuntimeError:  # singular
@@ -149,23 +151,23 @@ def _solve_with_condition(here: KktLinearisation, row: Array, last: float, right
 
 
 def find_tangent(
-    here: KktLinearisation, metric: Metric, near: tuple[Array, float] | None = None
+    linear: KktLinearisation, metric: Metric, near: tuple[Array, float] | None = None
 ) -> tuple[Array, float]:
     """Return the unit tangent of the curve at a point: of the packed vector, and of the parameter.
 
     Parameters
     ----------
-    here : KktLinearisation
+    linear : KktLinearisation
     metric : Metric
     near : (Array, float), optional
         Tangent of a nearby point of the same active set, whose direction is kept; otherwise toward larger values.
     """
-    weights, weight = metric.weigh(here.active)
-    packed, last = here.by_parameter, 1.0
+    weights, weight = metric.weigh(linear.active)
+    packed, last = linear.by_parameter, 1.0
     length = math.sqrt(float(weights @ packed**2) + weight)
     if near is not None and not math.sqrt(weight) > STEEP * length:
         right = np.append(np.zeros(packed.size), 1.0)
-        packed, last = _solve_with_condition(here, weights * near[0], weight * near[1], right)
+        packed, last = _solve_with_condition(linear, weights * near[0], weight * near[1], right)
         length = math.sqrt(float(weights @ packed**2) + weight * last**2)
     elif near is not None and float(weights @ (packed * near[0])) + weight * near[1] < 0:
         length = -length

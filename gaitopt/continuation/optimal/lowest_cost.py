@@ -39,13 +39,13 @@ def locate_borders(trails: Sequence[Trail], samples: Sequence[float]) -> tuple[L
 def _find_minimum(trail: Trail, value: float) -> KktLinearisation | None:
     """Return the minimum of lowest cost of a branch at a value, or None."""
     slack = 1e-12 * (trail[0].nlp.width if trail else 1.0)
-    points = [here for here in trail if abs(here.point.value - value) <= slack and here.negative == 0]
-    return min(points, key=lambda here: here.cost, default=None)
+    points = [optimum for optimum in trail if abs(optimum.point.value - value) <= slack and optimum.negative == 0]
+    return min(points, key=lambda optimum: optimum.cost, default=None)
 
 
 def _find_lowest(column: Sequence[KktLinearisation | None]) -> int | None:
     """Return the number of the branch of lowest cost, or None."""
-    costs = [(here.cost, number) for number, here in enumerate(column) if here is not None]
+    costs = [(optimum.cost, number) for number, optimum in enumerate(column) if optimum is not None]
     return min(costs)[1] if costs else None
 
 
@@ -66,13 +66,13 @@ def _locate_border(
     if first is not None and last is not None:
         one, other = columns[0][first], columns[1][last]
         value = None if one is None or other is None else locate_equal_costs(one, other, (limits[0], limits[1]))
-        here = None if one is None or value is None else move_exactly(one, value)
-        if value is not None and here is not None:
+        optimum = None if one is None or value is None else move_exactly(one, value)
+        if value is not None and optimum is not None:
             return LowestCostChange(
-                value=value, width=4 * math.ulp(value), cost=here.cost, before=names[0], after=names[1]
+                value=value, width=4 * math.ulp(value), cost=optimum.cost, before=names[0], after=names[1]
             )
     value = next((limit for limit, end in zip(limits, ends, strict=True) if limit != end), math.nan)
-    known = [here for here in (*columns[0], *columns[1]) if here is not None]
+    known = [optimum for optimum in (*columns[0], *columns[1]) if optimum is not None]
     width = known[0].nlp.width * PathOptions().shortest_step
     after = None if last is None else columns[1][last]
     cost = math.nan if after is None else after.cost
@@ -82,7 +82,7 @@ def _locate_border(
 def _find_end(trail: Trail, ends: tuple[float, float]) -> float | None:
     """Return the value at which a branch ends between two values, or None."""
     low, high = sorted(ends)
-    values = [here.point.value for here in (trail[0], trail[-1])]
+    values = [optimum.point.value for optimum in (trail[0], trail[-1])]
     return next((value for value in values if low <= value <= high), None)
 
 
@@ -104,12 +104,12 @@ def locate_equal_costs(one: KktLinearisation, other: KktLinearisation, ends: tup
     return find_zero(difference, *ends)
 
 
-def move_exactly(here: KktLinearisation, value: float) -> KktLinearisation | None:
+def move_exactly(optimum: KktLinearisation, value: float) -> KktLinearisation | None:
     """Return the optimum at another value of the parameter, with all changes of the active set in between."""
-    if value == here.point.value:
-        return here
-    follower = PathFollower(here.nlp, PathOptions(), sorted([here.point.value, value]))
+    if value == optimum.point.value:
+        return optimum
+    follower = PathFollower(optimum.nlp, PathOptions(), sorted([optimum.point.value, value]))
     last = None
-    for item in follower.follow(here, value - here.point.value):
-        last = item.here if isinstance(item, PathPoint) else last
+    for item in follower.follow(optimum, value - optimum.point.value):
+        last = item.optimum if isinstance(item, PathPoint) else last
     return last if follower.end == "range_end" else None

@@ -56,19 +56,19 @@ class OptimumReplay:
 
 
 @functools.lru_cache(maxsize=2)
-def solve_result(here: KktLinearisation) -> GridSolution:
+def solve_result(optimum: KktLinearisation) -> GridSolution:
     """Return an optimum of a branch in the form of a solve on its grid."""
-    nlp, point = here.nlp, here.point
+    nlp, point = optimum.nlp, optimum.point
     typical = nlp.transcription.nlp.typical
-    multipliers = here.bound_multipliers * typical, point.multipliers * typical
-    outcome = NlpResult(Status.SOLVED, CONVERGED, point.x, here.values.g, here.cost, 0, multipliers)
+    multipliers = optimum.bound_multipliers * typical, point.multipliers * typical
+    outcome = NlpResult(Status.SOLVED, CONVERGED, point.x, optimum.values.g, optimum.cost, 0, multipliers)
     limits = nlp.bounds_at(point.value)
-    return GridSolution(here.problem, nlp.method, nlp.transcription, limits, here.data, outcome)
+    return GridSolution(optimum.problem, nlp.method, nlp.transcription, limits, optimum.data, outcome)
 
 
-def make_optimal_gait(here: KktLinearisation) -> Gait:
+def make_optimal_gait(optimum: KktLinearisation) -> Gait:
     """Return an optimum of a branch as a gait, which can be saved and warm-starts :func:`gaitopt.solve`."""
-    solution = solve_result(here)
+    solution = solve_result(optimum)
     method = {"transcription": solution.method.name, "intervals": list(solution.transcription.structure.counts)}
     return Gait(
         robot=solution.problem.robot,
@@ -78,7 +78,7 @@ def make_optimal_gait(here: KktLinearisation) -> Gait:
         problem=Deferred(lambda: solution.problem.describe() | method),
         solver=SolverReport(
             iterations=0,
-            objective=here.cost,
+            objective=optimum.cost,
             constraint_violation=0.0,
             error_between_nodes=Deferred(lambda: solution.drift),
             build_seconds=0.0,
@@ -113,23 +113,23 @@ class Replayer:
         """Names of the coordinates of the state after touchdown."""
         return Section(self.robot, self.nlp.problem.robot.vector(self.nlp.problem.values), self._sliding).names
 
-    def read_state(self, here: KktLinearisation) -> Array:
+    def read_state(self, optimum: KktLinearisation) -> Array:
         """Return the state (q, v) after touchdown, shape (2 n_q,)."""
-        layout, x = self.nlp.transcription.variables, here.point.x
+        layout, x = self.nlp.transcription.variables, optimum.point.x
         first = self.nlp.transcription.phases[0]
         speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
         angles, rates = (x[layout[table][:, 0]] for table in (Unknown.ANGLES, Unknown.RATES))
         return np.concatenate([full_coordinates(angles), full_coordinates(rates, speed)])
 
-    def project(self, here: KktLinearisation) -> Array:
+    def project(self, optimum: KktLinearisation) -> Array:
         """Return the coordinates of the state after touchdown, shape (n,)."""
-        return Section(self.robot, here.data, self._sliding).project(self.read_state(here))
+        return Section(self.robot, optimum.data, self._sliding).project(self.read_state(optimum))
 
-    def replay(self, here: KktLinearisation) -> OptimumReplay:
+    def replay(self, optimum: KktLinearisation) -> OptimumReplay:
         """Replay the torques of an optimum from its first state, and return the multipliers of the gait."""
-        state = self.read_state(here)
-        values = read_parameters(self.nlp.transcription, here.problem, here.point.x)
-        law, period = self._law(here)
+        state = self.read_state(optimum)
+        values = read_parameters(self.nlp.transcription, optimum.problem, optimum.point.x)
+        law, period = self._law(optimum)
         walker = make_walker(self.robot, law, values, period=period, engine=self.engine)
         foot_speed = float(state[self.robot.state_entries.slip_velocity])
         section = Section(self.robot, walker.p, self._sliding, foot_speed)
@@ -148,9 +148,9 @@ class Replayer:
         multipliers = finite.astype(complex)
         return OptimumReplay(same and near, error, multipliers[np.argsort(-np.abs(multipliers))])
 
-    def _law(self, here: KktLinearisation) -> tuple[Law, float]:
+    def _law(self, optimum: KktLinearisation) -> tuple[Law, float]:
         """Return the torques of an optimum as a law, and its period."""
-        layout, x = self.nlp.transcription.variables, here.point.x
+        layout, x = self.nlp.transcription.variables, optimum.point.x
         durations, begin = x[layout[Unknown.DURATION][0]], 0.0
         times, nodes = list[Array](), list[int]()
         for phase, duration in zip(self.nlp.transcription.phases, durations, strict=True):

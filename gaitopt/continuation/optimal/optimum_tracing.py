@@ -161,17 +161,17 @@ class OptimumTracer:
     def _follow_neighbours(self) -> Iterator[OptimalBranch]:
         """Yield the branches of contact sequences that begin where a mode of a followed one is about to change."""
         known = {trail[0].nlp.problem.sequence for trail in self.points if trail}
-        for parent, here, index in self._changes:  # to which the branches that are yielded append theirs
-            for sequence in list_neighbours(here.nlp, index):
+        for parent, optimum, index in self._changes:  # to which the branches that are yielded append theirs
+            for sequence in list_neighbours(optimum.nlp, index):
                 if sequence in known:
                     continue
                 known.add(sequence)
-                guess = FromMotion(solve_result(here).motion, label="the gait of the neighbouring sequence")
-                problem = here.problem.replace(sequence=sequence, guess=guess)
+                guess = FromMotion(solve_result(optimum).motion, label="the gait of the neighbouring sequence")
+                problem = optimum.problem.replace(sequence=sequence, guess=guess)
                 gait = solve(problem, starts=self.options.starts)
                 try:
                     branch = self._follow_gait(problem.without_guess(), gait)
-                except InputError:  # no gait of this sequence exists here
+                except InputError:  # no gait of this sequence exists at this place
                     continue
                 yield replace(branch, parent=parent)
 
@@ -211,12 +211,14 @@ class OptimumTracer:
                 f"The range of {self.parameter} must contain the start, at {value:.6g}; it is {self.ends[0]:g} to "
                 f"{self.ends[1]:g}."
             )
-        here = start_branch(problem, self.parameter, self.ends, gait)
+        optimum = start_branch(problem, self.parameter, self.ends, gait)
         towards = math.copysign(1.0, self.ends[1] - self.ends[0])
         sides, trails = list[OptimalBranch](), list[list[KktLinearisation]]()
         for direction, end in ((-towards, self.ends[0]), (towards, self.ends[1])):
             if value != end:
-                branch, trail = self._follow(here, direction, gait.solution.cost_factor if gait.solution else math.nan)
+                branch, trail = self._follow(
+                    optimum, direction, gait.solution.cost_factor if gait.solution else math.nan
+                )
                 sides.append(branch)
                 trails.append(trail)
         self.points.append(trails[0] if len(trails) == 1 else [*reversed(trails[0][1:]), *trails[1]])
@@ -232,14 +234,14 @@ class OptimumTracer:
         self._changes += [(len(self.points), start, int(index)) for index in start.active.inequalities]
         last = start
         for item in follower.follow(start, direction):
-            last = item.here
+            last = item.optimum
             if isinstance(item, PathPoint):
                 recorder.add_point(item)
                 self.observer(recorder.finish("interrupted"))
             else:
                 recorder.add_change(item)
                 if item.index >= 0:
-                    self._changes.append((len(self.points), item.here, item.index))
+                    self._changes.append((len(self.points), item.optimum, item.index))
         trail = recorder.points if follower.end == "range_end" else [*recorder.points, last]
         return recorder.finish(follower.end), trail
 

@@ -83,7 +83,7 @@ class PathFollower:
             passed, following, step = self._advance(point, step)
             if following is None:
                 if step < self.options.shortest_step:
-                    large = worst(np.abs(point.here.point.multipliers)) > LARGE_MULTIPLIER
+                    large = worst(np.abs(point.optimum.point.multipliers)) > LARGE_MULTIPLIER
                     self.end = FEASIBILITY_LIMIT if large else "no_convergence"
                     yield point
                     return
@@ -136,21 +136,21 @@ class PathFollower:
         """
         packed, last = point.tangent
         step = step if sample is None else (sample - point.value) / last
-        predicted = point.here.move(step * packed, point.value + step * last if sample is None else sample)
-        ahead = KktLinearisation(self.nlp, predicted, point.here.active)
-        change = self._locate_change(point.here, ahead) if np.any(ahead.margins < VIOLATED) else None
+        predicted = point.optimum.move(step * packed, point.value + step * last if sample is None else sample)
+        ahead = KktLinearisation(self.nlp, predicted, point.optimum.active)
+        change = self._locate_change(point.optimum, ahead) if np.any(ahead.margins < VIOLATED) else None
         if change is not None:
             return change
         condition = at_distance(self.metric, point.tangent, predicted) if sample is None else at_value(sample)
-        here = correct(self.nlp, predicted, point.here.active, condition, point.here)
-        if here is None:
+        optimum = correct(self.nlp, predicted, point.optimum.active, condition, point.optimum)
+        if optimum is None:
             return None
-        if np.any(here.margins < VIOLATED):
-            return self._locate_change(point.here, here)
-        tangent = find_tangent(here, self.metric, point.tangent)
-        if not math.isfinite(tangent[1]) or self._angle(here, tangent, point.tangent) > self.options.largest_angle:
+        if np.any(optimum.margins < VIOLATED):
+            return self._locate_change(point.optimum, optimum)
+        tangent = find_tangent(optimum, self.metric, point.tangent)
+        if not math.isfinite(tangent[1]) or self._angle(optimum, tangent, point.tangent) > self.options.largest_angle:
             return None
-        return PathPoint(here, tangent, sample is not None)
+        return PathPoint(optimum, tangent, sample is not None)
 
     def _fill(
         self, point: PathPoint, following: PathPoint | PathChange, samples: Array
@@ -159,7 +159,7 @@ class PathFollower:
 
         A constraint that is violated at a sample changes before it.
         """
-        before, after = point.here, following.here
+        before, after = point.optimum, following.optimum
         slack = 1e-12 * self.nlp.width
         distances = (after.point.value - samples) * math.copysign(1.0, point.tangent[1])
         passed, last = list[PathPoint](), list[PathPoint]()
@@ -173,14 +173,14 @@ class PathFollower:
             return None
         piece = PieceInterpolation(before, after, self.metric)
         for sample in samples.tolist():
-            here = piece.find_optimum(sample)
-            if here is None:
+            optimum = piece.find_optimum(sample)
+            if optimum is None:
                 return None
-            if np.any(here.margins < VIOLATED):
-                change = self._locate_change(before, here)
+            if np.any(optimum.margins < VIOLATED):
+                change = self._locate_change(before, optimum)
                 return None if change is None else (passed, change)
-            passed.append(PathPoint(here, point.tangent, sampled=True))
-            before = here
+            passed.append(PathPoint(optimum, point.tangent, sampled=True))
+            before = optimum
         return [*passed, *last], following
 
     def _samples_ahead(self, point: PathPoint) -> Array:
@@ -190,8 +190,8 @@ class PathFollower:
             return np.asarray(self.samples[self.samples > point.value + slack])
         return np.asarray(self.samples[self.samples < point.value - slack][::-1] if last else self.samples[:0])
 
-    def _angle(self, here: KktLinearisation, one: tuple[Array, float], other: tuple[Array, float]) -> float:
-        weights, weight = self.metric.weigh(here.active)
+    def _angle(self, optimum: KktLinearisation, one: tuple[Array, float], other: tuple[Array, float]) -> float:
+        weights, weight = self.metric.weigh(optimum.active)
         product = float(weights @ (one[0] * other[0])) + weight * one[1] * other[1]
         return math.acos(min(1.0, max(-1.0, product)))
 
@@ -205,21 +205,22 @@ class PathFollower:
             share = float(shares.min())
             change = before.pack(after.point.x - before.point.x, after.point.multipliers - before.point.multipliers)
             value = before.point.value + share * (after.point.value - before.point.value)
-            here = correct(self.nlp, before.move(share * change, value), before.active, at_zero_margin(index))
-            if here is None or not self._is_between(before, here, after):
+            optimum = correct(self.nlp, before.move(share * change, value), before.active, at_zero_margin(index))
+            if optimum is None or not self._is_between(before, optimum, after):
                 return None
-            others = here.margins.copy()
+            others = optimum.margins.copy()
             others[index] = 0.0
             if not np.any(others < VIOLATED):
-                return self._make_change(here, index)
-            after, margins = here, others
+                return self._make_change(optimum, index)
+            after, margins = optimum, others
         return None
 
-    def _is_between(self, before: KktLinearisation, here: KktLinearisation, after: KktLinearisation) -> bool:
+    def _is_between(self, before: KktLinearisation, optimum: KktLinearisation, after: KktLinearisation) -> bool:
         """Return whether a located point lies between two points of the curve, within rounding errors."""
         length = self._distance(before, after)
         return (
-            self._distance(before, here) <= 1.01 * length + 1e-9 and self._distance(here, after) <= 1.01 * length + 1e-9
+            self._distance(before, optimum) <= 1.01 * length + 1e-9
+            and self._distance(optimum, after) <= 1.01 * length + 1e-9
         )
 
     def _distance(self, one: KktLinearisation, other: KktLinearisation) -> float:
@@ -227,13 +228,13 @@ class PathFollower:
         change = one.pack(other.point.x - one.point.x, other.point.multipliers - one.point.multipliers)
         return math.sqrt(float(weights @ change**2) + weight * (other.point.value - one.point.value) ** 2)
 
-    def _make_change(self, here: KktLinearisation, index: int) -> PathChange:
-        row, last = here.differentiate_margin(index)
-        packed, by_value = find_tangent(here, self.metric)
+    def _make_change(self, optimum: KktLinearisation, index: int) -> PathChange:
+        row, last = optimum.differentiate_margin(index)
+        packed, by_value = find_tangent(optimum, self.metric)
         rate = float(row @ packed) + last * by_value
-        width = abs(here.margins[index] * by_value / rate) if rate else math.inf
-        kind = PathKind.DEACTIVATION if here.active.sides[index] else PathKind.ACTIVATION
-        return PathChange(kind, here, max(width, np.spacing(abs(here.point.value))), index)
+        width = abs(optimum.margins[index] * by_value / rate) if rate else math.inf
+        kind = PathKind.DEACTIVATION if optimum.active.sides[index] else PathKind.ACTIVATION
+        return PathChange(kind, optimum, max(width, np.spacing(abs(optimum.point.value))), index)
 
     def _switch(self, change: PathChange) -> tuple[PathPoint | None, PathChange | None]:
         """Return the point from which the curve continues after a change, if it does, and a change that this implies.
@@ -241,7 +242,7 @@ class PathFollower:
         If the active constraints determine all unknowns, the multiplier of one that becomes active grows at this point
         until that of another one is zero, which leaves the active set.
         """
-        before, index = change.here, change.index
+        before, index = change.optimum, change.index
         same = abs(before.point.value - self._last_change) <= SAME_PLACE * self.nlp.width
         self._switches, self._last_change = self._switches + 1 if same else 0, before.point.value
         if self._switches > MOST_SWITCHES:
@@ -254,58 +255,58 @@ class PathFollower:
             if implied is None:
                 self.end = FEASIBILITY_LIMIT
                 return None, None
-            start, index = implied.here, implied.index
+            start, index = implied.optimum, implied.index
             active = start.active.switch(index, 0)
-        here = KktLinearisation(self.nlp, start.point, active)
-        tangent = find_tangent(here, self.metric)
+        optimum = KktLinearisation(self.nlp, start.point, active)
+        tangent = find_tangent(optimum, self.metric)
         if not (math.isfinite(tangent[1]) and np.all(np.isfinite(tangent[0]))):
             self.end = "dependent_constraints"
             return None, implied
-        row, last = here.differentiate_margin(index)
+        row, last = optimum.differentiate_margin(index)
         sign = math.copysign(1.0, float(row @ tangent[0]) + last * tangent[1])
-        return PathPoint(here, (sign * tangent[0], sign * tangent[1])), implied
+        return PathPoint(optimum, (sign * tangent[0], sign * tangent[1])), implied
 
-    def _exchange(self, here: KktLinearisation, entering: tuple[int, int]) -> PathChange | None:
+    def _exchange(self, optimum: KktLinearisation, entering: tuple[int, int]) -> PathChange | None:
         """Return the change of the constraint that leaves the active set as another one enters it; None if none does.
 
         Parameters
         ----------
-        here : KktLinearisation
+        optimum : KktLinearisation
             The point, without the entering constraint.
         entering : (int, int)
             The entering constraint and its side.
         """
-        active, n, rates = here.active, self.nlp.size, here.respond_to_multiplier(*entering)
+        active, n, rates = optimum.active, self.nlp.size, optimum.respond_to_multiplier(*entering)
         falling = np.where(active.equal, 0.0, -active.sides * rates)
         candidates = np.flatnonzero(falling > 1e-12 * worst(np.abs(rates)))
         if not candidates.size:
             return None
-        limits = here.margins[candidates] / falling[candidates]
+        limits = optimum.margins[candidates] / falling[candidates]
         leaving, size = int(candidates[np.argmin(limits)]), max(0.0, float(limits.min()))
         index, side = entering
-        multipliers = here.point.multipliers + size * rates[n:]
+        multipliers = optimum.point.multipliers + size * rates[n:]
         if index >= n:
             multipliers[index - n] += side * size
-        point = KktPoint(here.point.x, multipliers, here.point.value)
+        point = KktPoint(optimum.point.x, multipliers, optimum.point.value)
         after = KktLinearisation(self.nlp, point, active.switch(index, side))
-        return PathChange(PathKind.DEACTIVATION, after, np.spacing(abs(here.point.value)), leaving)
+        return PathChange(PathKind.DEACTIVATION, after, np.spacing(abs(optimum.point.value)), leaving)
 
     def _locate_turning_point(self, one: PathPoint, other: PathPoint) -> PathChange | None:
         """Return the turning point between two points of the same piece, if the parameter turns back."""
         if one.tangent[1] * other.tangent[1] >= 0:
             return None
-        low, high = 0.0, self._distance(one.here, other.here)
+        low, high = 0.0, self._distance(one.optimum, other.optimum)
         ends = [one.tangent[1], other.tangent[1]]
-        best, width = other.here, math.inf
+        best, width = other.optimum, math.inf
         for _ in range(40):
             step = low + (high - low) * ends[0] / (ends[0] - ends[1])
             packed, last = one.tangent
-            predicted = one.here.move(step * packed, one.value + step * last)
-            here = correct(self.nlp, predicted, one.here.active, at_distance(self.metric, one.tangent, predicted))
-            if here is None:
+            predicted = one.optimum.move(step * packed, one.value + step * last)
+            optimum = correct(self.nlp, predicted, one.optimum.active, at_distance(self.metric, one.tangent, predicted))
+            if optimum is None:
                 break
-            slope = find_tangent(here, self.metric, one.tangent)[1]
-            best, width = here, abs(slope) * (high - low)
+            slope = find_tangent(optimum, self.metric, one.tangent)[1]
+            best, width = optimum, abs(slope) * (high - low)
             if width < 1e-14 * self.nlp.width:
                 break
             if slope * one.tangent[1] > 0:

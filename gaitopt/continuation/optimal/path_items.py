@@ -61,7 +61,7 @@ class PathPoint:
 
     Attributes
     ----------
-    here : KktLinearisation
+    optimum : KktLinearisation
     tangent : ((k,) array, float)
         Unit tangent in the direction of the continuation: of the packed vector, and of the parameter.  A point that is
         interpolated has that of the step's start.
@@ -69,14 +69,14 @@ class PathPoint:
         Whether the parameter has one of the requested values.
     """
 
-    here: KktLinearisation
+    optimum: KktLinearisation
     tangent: tuple[Array, float]
     sampled: bool = False
 
     @property
     def value(self) -> float:
         """Parameter."""
-        return self.here.point.value
+        return self.optimum.point.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class PathChange:
     Attributes
     ----------
     kind : PathKind
-    here : KktLinearisation
+    optimum : KktLinearisation
         With the active set before the change.
     width : float
         Residual of the location in the unit of the parameter.
@@ -97,7 +97,7 @@ class PathChange:
     """
 
     kind: PathKind
-    here: KktLinearisation
+    optimum: KktLinearisation
     width: float
     index: int = -1
     turns: bool = False

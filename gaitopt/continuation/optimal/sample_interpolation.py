@@ -42,12 +42,12 @@ class PieceInterpolation:
         one, other = self.one, self.other
         nearer = one if abs(value - one.point.value) < abs(value - other.point.value) else other
         guess = one.move(self._interpolate((value - one.point.value) / self.width), value)
-        here = correct(one.nlp, guess, one.active, at_value(value), nearer)
-        if here is None or not self._is_near(one.pack(here.point.x - guess.x, 0 * guess.multipliers)):
+        optimum = correct(one.nlp, guess, one.active, at_value(value), nearer)
+        if optimum is None or not self._is_near(one.pack(optimum.point.x - guess.x, 0 * guess.multipliers)):
             return None
         if one.negative == other.negative:
-            here.negative = one.negative
-        return here
+            optimum.negative = one.negative
+        return optimum
 
     def _interpolate(self, share: float) -> Array:
         """Return the change of the packed vector from the first point."""

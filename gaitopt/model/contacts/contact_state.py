@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 
@@ -11,7 +11,7 @@ STANCE, SWING = "stance foot", "swing foot"
 """Contacts of a walker in single support."""
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True)
 class ContactState:
     """The mode of each contact; hashable, as a key of compiled Functions.

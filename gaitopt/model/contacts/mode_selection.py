@@ -154,16 +154,16 @@ def select_modes(
     {'rear': 'free', 'front': 'stick'}
     {'rear': 'slip+', 'front': 'slip+'}
     """
-    found = find_motions(mass_matrix, contacts, friction, force=force)
-    motions = found.motions
+    consistent = find_motions(mass_matrix, contacts, friction, force=force)
+    motions = consistent.motions
     if ended:
         motions = _prefer_changes(motions, [ended.get(contact.name) for contact in contacts])
     if len(motions) > 1:
         motions = _prefer_sticking(motions, contacts, friction)
     candidates = []
     for motion in motions:
-        tied = found.name_modes(motion)
-        candidates.append(ModeCandidate(tied[0], found.evaluate(motion), found.share_forces(motion), tied))
+        tied = consistent.name_modes(motion)
+        candidates.append(ModeCandidate(tied[0], consistent.evaluate(motion), consistent.share_forces(motion), tied))
     return ModeChoice(Determinacy.of(len(candidates)), tuple(candidates))
 
 

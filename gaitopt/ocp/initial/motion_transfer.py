@@ -104,8 +104,8 @@ def _read_phase(solution: Solution, transcription: Transcription, phase: Phase) 
     if nodal is None or inner is None or key not in layout or nodal.keys != layout.identifiers[key]:
         return None
     count, before = solution.intervals[phase.number], sum(solution.intervals[: phase.number])
-    here = slice(before, before + count + 1)
-    position, speed = (tables[table_name(name)].values[:, here] for name in (Unknown.ANGLES, Unknown.RATES))
+    columns = slice(before, before + count + 1)
+    position, speed = (tables[table_name(name)].values[:, columns] for name in (Unknown.ANGLES, Unknown.RATES))
     if phase.mode.slips:
         if slide is None:
             return None

@@ -22,7 +22,7 @@ from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
-from gaitopt.ocp.solution.conflict_search import ELASTIC_TOLERANCE, ElasticLimits, friction_of_cones
+from gaitopt.ocp.solution.conflict_search import ELASTIC_TOLERANCE, SAFETY_FACTOR, ElasticLimits, friction_of_cones
 from gaitopt.ocp.solution.relaxable_limits import relaxed_sides
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -32,6 +32,9 @@ SHORTEST = 1e-2
 
 MOST_ELASTIC_ITERATIONS = 300
 """Largest number of iterations of an elastic solve: a compass with double support takes 192."""
+
+MOST_TRIALS, RESOLUTION = 5, 1.1
+"""Largest number of frictions tried for a sufficient one, and ratio to an insufficient one at which it is accepted."""
 
 RETRY = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
 """Statuses after which a motion that satisfies all limits is sought."""
@@ -71,9 +74,33 @@ class PlanarElastic(ElasticLimits):
         with defer_interrupt():
             return reconstruct_planar_motion(self.transcription, self.problem.values, result.x)
 
-    @defer_interrupt()
     def find_sufficient_friction(self, x: Array) -> float:
-        """Return the friction coefficient whose cones contain all forces of a motion; nan with slip, tension or any."""
+        """Return a friction coefficient for which a motion exists near another one, close to the smallest.
+
+        It is at most that of the cones which contain all forces of the motion `x`, which minimises the excess of the
+        forces and not their ratio.  Smaller coefficients are tried by bisection.  nan with slip, tension or any.
+        """
+        low, high = self.problem.friction, self._find_friction_of_cones(x)
+        if not math.isfinite(high):
+            return math.nan
+        place = self.problem.robot.index("friction")
+        for _ in range(MOST_TRIALS):
+            if high <= RESOLUTION * low:
+                break
+            trial, data = math.sqrt(low * high), self._data.copy()
+            data[place] = trial
+            result = self._elastic.minimise(x, data, self.prices, self._solver, self._observer)
+            if result.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
+            if self.is_feasible(result):
+                x, high = result.x, min(high, SAFETY_FACTOR * trial)
+            else:
+                low = trial
+        return high
+
+    @defer_interrupt()
+    def _find_friction_of_cones(self, x: Array) -> float:
+        """Return the friction coefficient whose cones contain all forces of a motion."""
         phases, rows = self.transcription.phases, self.transcription.constraints
         if any(mode.slips for phase in phases for mode in (*phase.state, *(phase.outcome or ()))):
             return math.nan  # friction also determines how the contacts slide

@@ -178,12 +178,12 @@ def _impulses(transcription: PlanarTranscription, phase: GridPhase, x: Array, p:
     return impulse
 
 
-def error_between_nodes(transcription: PlanarTranscription, values: dict[str, float], x: Array) -> float:
-    """Return the largest difference of a state at the end of an interval from its integration over this interval.
+def errors_between_nodes(transcription: PlanarTranscription, values: dict[str, float], x: Array) -> Array:
+    """Return the largest difference of a state at the end of an interval from its integration, for each phase.
 
     Infinite where the equations of motion have no unique solution.
     """
-    robot, error = transcription.structure.robot, 0.0
+    robot, errors = transcription.structure.robot, np.zeros(len(transcription.phases))
     p, builder = robot.vector(values), transcription.builder
     finite = np.where(np.isinf(p), 1.0, p)
     for phase in transcription.phases:
@@ -196,9 +196,10 @@ def error_between_nodes(transcription: PlanarTranscription, values: dict[str, fl
             try:
                 reached = np.array(step(reached, *ends, h / STEPS, finite))
             except RuntimeError:  # the linear system of CasADi is singular
-                return float("inf")
-        error = worst(error, np.abs(reached - y[:, 1:]))
-    return error
+                reached = np.full_like(reached, np.inf)
+                break
+        errors[phase.number] = worst(0.0, np.abs(reached - y[:, 1:]))
+    return errors
 
 
 @functools.lru_cache(maxsize=64)

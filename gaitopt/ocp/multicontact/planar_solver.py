@@ -18,12 +18,14 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_plan import error_between_nodes, reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_remarks import report_early_touchdowns, report_inaccuracy, report_shortest_phases
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -33,7 +35,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import Observer, silent
-from gaitopt.reductions import rank_of
+from gaitopt.reductions import rank_of, worst
 from gaitopt.status import Status
 
 MOST_DOUBLED = 2
@@ -99,6 +101,10 @@ def solve_planar(
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
     closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    reasons = [explain_one_way_slip(each) for each in closed]
+    if all(reasons):
+        return _refuse(closed[0], reasons[0] or "", solver, observer)
+    closed = [each for each, reason in zip(closed, reasons, strict=True) if reason is None]
     gaits = [_solve_start(each, number, solver, observer) for each in closed for number in range(starts)]
     solved = [gait for gait in gaits if gait.status.ok]
     if solved:
@@ -133,19 +139,51 @@ class GridResult:
     transcription : PlanarTranscription
     bounds : Bounds
     outcome : NlpResult
+    ending : str
+        The ending of the solve on a finer grid that failed; empty otherwise.
     """
 
     problem: PlanarProblem
     transcription: PlanarTranscription
     bounds: Bounds
     outcome: NlpResult
+    ending: str = ""
 
-    @functools.cached_property
+    @property
     def error(self) -> float:
         """Error between nodes; inf without a solution."""
-        if not self.outcome.status.ok:
-            return float("inf")
-        return error_between_nodes(self.transcription, self.problem.values, self.outcome.x)
+        return worst(0.0, self.errors)
+
+    @functools.cached_property
+    def errors(self) -> Array:
+        """Error between nodes of each phase; inf without a solution."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return np.full(len(self.transcription.phases), np.inf)
+        return errors_between_nodes(self.transcription, self.problem.values, self.outcome.x)
+
+    @functools.cached_property
+    def early_touchdowns(self) -> dict[int, float]:
+        """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return {}
+        problem = self.problem
+        return find_early_touchdowns(self.transcription, problem.values, self.outcome.x, problem.limits.clearance)
+
+    def mark_inaccurate(self, ending: str = "") -> "GridResult":
+        """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
+        outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
+        return replace(self, outcome=outcome, ending=ending)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Why the plan is inaccurate, and phases of minimum duration, one sentence each."""
+        status = self.outcome.status
+        if not (status.ok or status is Status.PLAN_INACCURATE):
+            return ()
+        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
+        if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
+            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending))
+        return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
 
 
 class _Start:
@@ -196,14 +234,11 @@ class _Start:
 
     def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
         """Return a solution whose contacts do not close before their touchdown, or the last solution before."""
-        problem, transcription = result.problem, result.transcription
         for _ in range(MOST_REPAIRS):
-            x, clearance = result.outcome.x, problem.limits.clearance
-            rows = find_early_touchdowns(transcription, problem.values, x, clearance)
-            if not rows or not result.outcome.status.ok:
+            if not result.early_touchdowns or not result.outcome.status.ok:
                 break
-            self.raised.setdefault(transcription, {}).update(rows)
-            repaired = self.solve(problem, x, is_near=True)
+            self.raised.setdefault(result.transcription, {}).update(result.early_touchdowns)
+            repaired = self.solve(result.problem, result.outcome.x, is_near=True)
             if not repaired.outcome.status.ok:
                 break
             result = repaired
@@ -226,7 +261,16 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
     """Return the gait found from one start, counted from 0."""
     start, durations = _Start(solver, observer), _durations(problem, number)
     result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
-    return _report(_refine(start, start.exclude_early_touchdowns(result)), start)
+    result = _refine(start, start.exclude_early_touchdowns(result))
+    return _report(result.mark_inaccurate() if result.early_touchdowns else result, start)
+
+
+def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
+    """Return the failure of a problem that has no solution, without solving it."""
+    start = _Start(solver, observer)
+    result = start.solve(problem, limit=1)
+    failure = _report(replace(result, outcome=replace(result.outcome, status=Status.INFEASIBLE, message=reason)), start)
+    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
 
 
 def _durations(problem: PlanarProblem, number: int) -> Array | None:
@@ -254,18 +298,14 @@ def _refine(start: _Start, result: GridResult) -> GridResult:
             counts, doubled = tuple(2 * count for count in problem.counts), doubled + 1
             method = evolve(problem.transcription, intervals=counts)
         if method is None:
-            return _mark_inaccurate(result)
+            return result.mark_inaccurate()
         previous = _report(result, start)
         finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
         finer = start.exclude_early_touchdowns(finer)
         if not finer.outcome.status.ok:
-            return _mark_inaccurate(result)
+            return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
         result = finer
     return result
-
-
-def _mark_inaccurate(result: GridResult) -> GridResult:
-    return replace(result, outcome=replace(result.outcome, status=Status.PLAN_INACCURATE))
 
 
 def _report(result: GridResult, start: _Start) -> PlanarGait:
@@ -288,6 +328,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
+            warnings=result.warnings,
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

@@ -12,6 +12,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.interrupts import hold_interrupt
 from gaitopt.model.robot import Robot
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import check_gait_suffix
 from gaitopt.motion.gait import Gait, SolverReport
@@ -89,8 +90,12 @@ def save_steps(gait: MultiStepGait, path: str | Path) -> Path:
             file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, status=gait.status.key)
             file.attrs.update({name: getattr(gait, name) for name in _RECORD})
             ends = {name: getattr(problem, name) for name in ("name", "start", "end")}
-            footholds = [[number, *pair] for number, pair in problem.footholds.items()]
-            file.attrs["problem"] = json.dumps(plain(ends | {"footholds": footholds}))
+            footholds: Mapping[int, tuple[float, float]] = problem.footholds
+            if problem.terrain is not None:  # the pieces are known without the guesses, which are not in the file
+                footholds = {number: problem.ground[number].bounds for number in range(1, len(problem.ground))}
+                ends["terrain"] = problem.terrain.describe()
+            ends["footholds"] = [[number, *pair] for number, pair in footholds.items()]
+            file.attrs["problem"] = json.dumps(plain(ends))
             robots: SharedGroups = {}
             for number in range(len(problem.steps)):
                 write_gait(file.create_group(f"{STEPS}/{number:04d}"), gait_of_step(gait, number), robots)
@@ -125,7 +130,8 @@ def load_steps(path: str | Path) -> MultiStepGait:
             steps=tuple(restore_step(robot, gait.problem) for gait in gaits),
             start=stated["start"],
             end=stated["end"],
-            footholds={int(number): (lower, upper) for number, lower, upper in stated["footholds"]},
+            footholds={int(number): (float(lower), float(upper)) for number, lower, upper in stated["footholds"]},
+            terrain=Terrain(**stated["terrain"]) if "terrain" in stated else None,
             name=str(stated["name"]),
         )
         return MultiStepGait(
@@ -149,7 +155,7 @@ def _read_step(group: h5py.Group) -> Gait:
 
 def gait_of_step(gait: MultiStepGait, number: int) -> Gait:
     """Return one step of a gait of several steps as a gait, for its file; steps are counted from 0."""
-    problem, plan = gait.problem.steps[number], gait.plans[number]
+    problem, plan = gait.problem.resolved_steps[number], gait.plans[number]
     return Gait(
         robot=problem.robot,
         sequence=problem.sequence,

@@ -1,13 +1,18 @@
 """MultiStepGait: an optimised gait of several steps, and the motion of its steps one after the other."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from gaitopt.arguments import check_arguments
-from gaitopt.model.coordinate_entries import SLIDE
+from gaitopt.model.coordinate_entries import CONTACT
+from gaitopt.model.terrain import Terrain
+from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE
 from gaitopt.motion.gait import Verification
-from gaitopt.motion.motion import Jump, Motion, Segment
+from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.summary import plain
 from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.status import Status
@@ -57,7 +62,7 @@ class MultiStepGait:
     @property
     def motion(self) -> Motion:
         """The planned motion of all steps, from the origin."""
-        return join_steps(self.plans)
+        return join_steps(self.plans, terrain=self.problem.terrain)
 
     @property
     def sequences(self) -> tuple[str, ...]:
@@ -84,9 +89,10 @@ class MultiStepGait:
                         "slope": plan.parameters["slope"],
                         "step_length": plan.travel,
                         "duration": plan.period,
+                        **({} if self.problem.terrain is None else {"rise": plan.parameters[RISE]}),
                         "objective": step.objective.evaluate(plan),
                     }
-                    for step, plan in zip(self.problem.steps, self.plans, strict=True)
+                    for step, plan in zip(self.problem.resolved_steps, self.plans, strict=True)
                 ],
                 "verification": self.verification and asdict(self.verification),
             }
@@ -98,8 +104,11 @@ class MultiStepGait:
         return replace(self, **changes)
 
 
-def join_steps(motions: Sequence[Motion], *, absolute: bool = False) -> Motion:
+def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Terrain | None = None) -> Motion:
     """Return motions of single steps as one motion, in order.
+
+    On a terrain the positions of the feet are those along and across the plane, whose rates are those along and across
+    the ground below the stance foot.
 
     Parameters
     ----------
@@ -107,35 +116,43 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False) -> Motion:
     absolute : bool
         Whether the places of the motions are already those on the ground; otherwise each step begins at the origin
         and is moved to the place where the foot landed.
+    terrain : Terrain, optional
     """
     segments: list[Segment] = []
     jumps: list[Jump] = []
-    time, place = 0.0, 0.0
+    time, origin = 0.0, np.array([0.0, 0.0 if terrain is None else terrain.height(0.0)])
+    place = origin
     for number, motion in enumerate(motions):
         start = float(motion.segments[0].time[0])
+        stance, landing = (_rotation(motion.parameters.get(name, 0.0)) for name in (INCLINE, NEXT_INCLINE))
+        aside = origin if absolute else place
         for segment in motion.segments:
-            segments.append(_move_segment(segment, number, time - start, 0.0 if absolute else place))
+            segments.append(_move_segment(segment, number, time - start, aside, stance))
         for jump in motion.jumps:
-            moved = _move_jump(jump, number, time - start, 0.0 if absolute else place)
-            jumps.append(moved)
-            place += float(jump.q_next[SLIDE])
+            jumps.append(_move_jump(jump, number, time - start, aside, (stance, landing)))
+            place = jumps[-1].q_next[CONTACT] * (1.0, terrain is not None)
         time = float(segments[-1].time[-1])
-    return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps))
+    return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps), terrain=terrain)
 
 
-def _move_segment(segment: Segment, step: int, delay: float, distance: float) -> Segment:
-    q, points = segment.q.copy(), segment.points.copy()
-    q[SLIDE] += distance
-    points[0] += distance
+def _rotation(incline: float) -> Array:
+    """Return the matrix from coordinates along and across inclined ground to those of the plane."""
+    cosine, sine = math.cos(incline), math.sin(incline)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _move_segment(segment: Segment, step: int, delay: float, distance: Array, stance: Array) -> Segment:
+    q, points = segment.q.copy(), segment.points + distance[:, None, None]
+    q[CONTACT] = stance @ q[CONTACT] + distance[:, None]
     rims = segment.rims
     if rims is not None:
         rims = rims.copy()
-        rims[0] += distance
+        rims[:2] += distance[:, None, None]
     return replace(segment, step=step, time=segment.time + delay, q=q, points=points, rims=rims)
 
 
-def _move_jump(jump: Jump, step: int, delay: float, distance: float) -> Jump:
+def _move_jump(jump: Jump, step: int, delay: float, distance: Array, grounds: tuple[Array, Array]) -> Jump:
     q, q_next = jump.q.copy(), jump.q_next.copy()
-    q[SLIDE] += distance
-    q_next[SLIDE] += distance
+    for state, ground in zip((q, q_next), grounds, strict=True):
+        state[CONTACT] = ground @ state[CONTACT] + distance
     return replace(jump, step=step, time=jump.time + delay, q=q, q_next=q_next)

@@ -1,5 +1,6 @@
 """MultiStepProblem: the definition of an optimal gait of several steps that differ."""
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,10 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
+from gaitopt.model.terrain import Terrain, check_terrain
+from gaitopt.model.uneven_ground import UNEVEN, adapt_to_uneven_ground
 from gaitopt.motion.gait import Gait
+from gaitopt.ocp.multistep.foothold_ground import Foothold, find_footholds, resolve_steps
 from gaitopt.ocp.problem import GaitProblem
 
 FOOT_SPEED = "foot_speed"
@@ -38,14 +42,17 @@ class MultiStepProblem:
         Known coordinates of the state after the last touchdown, as for `start`; an empty mapping leaves it free.
     footholds : mapping of int to (float, float)
         Bounds of the position of the stance foot at the start of ``steps[number]``, relative to that at the start of
-        ``steps[0]`` [m], by number.
+        ``steps[0]`` [m], by number.  On a terrain the number of steps stands for the foothold of the last touchdown.
+    terrain : Terrain or None
+        Steps, ramps and patches of the ground, with ``steps[0]`` beginning at place 0.  Each step gets the friction and
+        the inclination at its foothold, and the rise to the next one.
     name : str
 
     Raises
     ------
     InputError
-        If there is no step, the steps have different robots, only one of `start` and `end` is given, or a coordinate
-        is unknown or not finite.
+        If there is no step, the steps have different robots or slopes, only one of `start` and `end` is given, a
+        coordinate is unknown or not finite, or a foothold does not fit on its piece of the terrain.
 
     Examples
     --------
@@ -60,6 +67,7 @@ class MultiStepProblem:
     start: Mapping[str, float] | None = None
     end: Mapping[str, float] | None = None
     footholds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    terrain: Terrain | None = None
     name: str = "gait of several steps"
     robot: Robot = field(init=False)
 
@@ -69,16 +77,22 @@ class MultiStepProblem:
         if not self.steps or not all(isinstance(step, GaitProblem) for step in self.steps):
             raise InputError("steps must be at least one GaitProblem(...).")
         first = self.steps[0]
-        set_(self, "robot", first.robot)
+        set_(self, "robot", first.robot if check_terrain(self.terrain) is None else adapt_to_uneven_ground(first.robot))
         for number, step in enumerate(self.steps):
             step.sequence.require_closed("A gait of several steps")
-            if step.robot is not first.robot or dict(step.parameters) != dict(first.parameters):
+            if step.robot is not first.robot or self._body(step) != self._body(first):
                 raise InputError(
                     f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
                     "the same robot with the same parameters."
                 )
             if len(set(step.slope_range)) > 1:
                 raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
+            if step.slope != first.slope:
+                raise InputError(
+                    f"steps[{number}] has the slope {step.slope:g} rad, steps[0] {first.slope:g} rad: angles are "
+                    "measured from the normal of the slope, so all steps need the same slope; "
+                    "terrain=Terrain(ramps=...) inclines the ground."
+                )
         if (self.start is None) is not (self.end is None):
             raise InputError("start and end must both be stated, or both be None for a gait that repeats.")
         for name in ("start", "end"):
@@ -86,6 +100,12 @@ class MultiStepProblem:
                 set_(self, name, self._check_state(name, state))
         self._check_start()
         self._check_footholds()
+        if self.terrain is not None and self.periodic:
+            raise InputError(
+                "A gait on a terrain needs start and end: it does not repeat. Stairs are climbed periodically by a "
+                "GaitProblem of adapt_to_uneven_ground(robot) with the parameter rise."
+            )
+        self.resolved_steps  # noqa: B018 - footholds that do not fit are reported when the problem is stated
 
     @property
     def periodic(self) -> bool:
@@ -97,6 +117,27 @@ class MultiStepProblem:
         """Names of the coordinates of a state after touchdown."""
         angles = self.robot.angles
         return (*angles, *(f"{angle}_rate" for angle in angles), FOOT_SPEED)
+
+    @functools.cached_property
+    def ground(self) -> tuple[Foothold, ...]:
+        """Footholds on the terrain, that after the last touchdown too; empty on a plane."""
+        return () if self.terrain is None else find_footholds(self.terrain, self.steps, self.footholds)
+
+    @functools.cached_property
+    def resolved_steps(self) -> tuple[GaitProblem, ...]:
+        """The steps with the ground at their footholds."""
+        return self.steps if self.terrain is None else resolve_steps(self.steps, self.ground)
+
+    @property
+    def last_friction(self) -> float:
+        """Friction of the ground of the last touchdown."""
+        on_patch = self.ground[-1].piece.friction if self.ground else None
+        return self.steps[0 if self.periodic else -1].friction if on_patch is None else on_patch
+
+    def _body(self, step: GaitProblem) -> dict[str, float]:
+        """Return the parameters of a step that are the same in all steps: without those of the terrain."""
+        varied = [] if self.terrain is None else [parameter.name for parameter in UNEVEN]
+        return {name: value for name, value in step.parameters.items() if name not in varied}
 
     def replace(self, **changes: Any) -> "MultiStepProblem":
         """Return the problem with some fields changed; all fields are checked again."""
@@ -126,13 +167,14 @@ class MultiStepProblem:
             raise InputError(f"start: {FOOT_SPEED} must be 0 for a first phase {mode.value!r}, got {speed:g}.")
 
     def _check_footholds(self) -> None:
+        numbers = range(1, len(self.steps) + (self.terrain is not None))
         for number, pair in self.footholds.items():
-            if isinstance(number, bool) or number not in range(1, len(self.steps)):
+            if isinstance(number, bool) or number not in numbers:
                 raise InputError(
-                    f"footholds: the number of a step must be one of {list(range(1, len(self.steps)))}, got "
+                    f"footholds: the number of a step must be one of {list(numbers)}, got "
                     f"{number!r}; steps are counted from 0, and steps[0] begins at position 0."
                 )
-            if len(pair) != 2 or not all(map(math.isfinite, pair)) or pair[0] > pair[1]:
+            if len(pair) != 2 or not pair[0] <= pair[1]:
                 raise InputError(
                     f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m], got {pair!r}."
                 )

@@ -12,14 +12,16 @@ from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.motion import Array, Jump, Motion
 from gaitopt.motion.sampling import TouchdownState, make_jump
 from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.multistep.foothold_ground import passes_change
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
 from gaitopt.ocp.multistep.multistep_transcription import MultiStepTranscription, transcribe_steps
+from gaitopt.ocp.multistep.terrain_check import find_scuffs
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
-from gaitopt.ocp.solution.trajectory import check_between_nodes, reconstruct_motion
+from gaitopt.ocp.solution.trajectory import check_between_nodes, read_parameters, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.ocp.transcription.method import Method
@@ -38,7 +40,8 @@ def solve_steps(
     """Find an optimal gait of several steps.
 
     The intervals of all steps are doubled, at most twice, until the motion between the nodes agrees with them to the
-    tolerance of the transcription of the first step.
+    tolerance of the transcription of the first step.  On a terrain, steps in which the swing foot is below the ground
+    are solved again with its height over the terrain constrained.
 
     Parameters
     ----------
@@ -74,30 +77,44 @@ def solve_steps(
         raise InputError(f"solver must be an Ipopt(...), got {solver!r}.")
     require_valid_step(problem.robot)
     solver = (solver or Ipopt()).start_clock()
-    methods: list[Method] = [step.transcription for step in problem.steps]
-    before: MultiStepGait | None = None
-    iterations = 0
-    for doubling in range(MOST_DOUBLINGS + 1):
-        transcription = transcribe_steps(problem, tuple(methods))
-        guesses = None if before is None else before.plans
-        x = _initial_point(transcription, guesses)
+    methods: list[Method] = [step.transcription for step in problem.resolved_steps]
+    raised = _steps_with_clearance(problem)
+    gait = None
+    iterations = doublings = 0
+    while True:
+        transcription = transcribe_steps(problem, tuple(methods), raised)
+        x = _initial_point(transcription, None if gait is None else gait.plans)
         outcome = solver.minimise(transcription.nlp, x, transcription.data, transcription.limits, observer)
         if outcome.status.ok:
             outcome = refine_feasibility(transcription.nlp, outcome, transcription.data, transcription.limits)
         iterations += outcome.iterations
         gait = _gait(transcription, outcome, iterations)
+        scuffing = set(find_scuffs(problem, gait.motion)) if gait.status.ok and problem.terrain is not None else set()
+        if scuffing - raised:
+            raised |= scuffing
+            continue
         finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
-        accurate = gait.error_between_nodes <= problem.steps[0].transcription.tolerance
-        if not gait.status.ok or accurate or doubling == MOST_DOUBLINGS or None in finer:
-            break
-        methods, before = [method for method in finer if method is not None], gait
-    return gait
+        accurate = not scuffing and gait.error_between_nodes <= problem.steps[0].transcription.tolerance
+        if not gait.status.ok or accurate or doublings == MOST_DOUBLINGS or None in finer:
+            return gait
+        doublings += 1
+        methods = [method for method in finer if method is not None]
+
+
+def _steps_with_clearance(problem: MultiStepProblem) -> set[int]:
+    """Return the numbers of the steps over a change of the terrain for which a clearance is requested."""
+    if problem.terrain is None:
+        return set()
+    requested = {number for number, step in enumerate(problem.steps) if step.limits.clearance is not None}
+    return {number for number in requested if passes_change(problem.terrain, problem.ground, number)}
 
 
 def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, ...] | None) -> Array:
     """Return the initial point: the guess of each step, or its motion in an earlier solution."""
     pieces = []
-    for number, (step, problem) in enumerate(zip(transcription.steps, transcription.problem.steps, strict=True)):
+    for number, (step, problem) in enumerate(
+        zip(transcription.steps, transcription.problem.resolved_steps, strict=True)
+    ):
         guess = problem.guess or LinearGuess()
         if plans is not None:
             guess = FromMotion(plans[number])
@@ -114,14 +131,15 @@ def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, .
 def _gait(transcription: MultiStepTranscription, outcome: NlpResult, iterations: int) -> MultiStepGait:
     problem, x, limits = transcription.problem, np.nan_to_num(outcome.x), transcription.limits
     error, plans = 0.0, []
-    for number, (step, stated) in enumerate(zip(transcription.steps, problem.steps, strict=True)):
+    for number, (step, stated) in enumerate(zip(transcription.steps, problem.resolved_steps, strict=True)):
         part = transcription.step_unknowns(x, number)
-        motion = reconstruct_motion(step, stated.values, part)
+        values = read_parameters(step, stated, part)
+        motion = reconstruct_motion(step, values, part)
         plans.append(replace(motion, jumps=(_jump(transcription, x, number, motion),)))
-        error = max(error, check_between_nodes(step, stated.values, part).drift) if outcome.status.ok else math.inf
+        error = max(error, check_between_nodes(step, values, part).drift) if outcome.status.ok else math.inf
     violation = np.maximum(limits.g_lower - outcome.g, outcome.g - limits.g_upper).max(initial=0.0)
     status = outcome.status
-    if status.ok and not error <= 1e3 * problem.steps[0].transcription.tolerance:
+    if status.ok and not error <= 1e3 * problem.resolved_steps[0].transcription.tolerance:
         status = Status.PLAN_INACCURATE
     return MultiStepGait(
         problem=problem,
@@ -138,9 +156,9 @@ def _gait(transcription: MultiStepTranscription, outcome: NlpResult, iterations:
 def _jump(transcription: MultiStepTranscription, x: Array, number: int, motion: Motion) -> Jump:
     """Return the touchdown at the end of a step, after which the next step begins."""
     problem, last = transcription.problem, motion.segments[-1]
-    ends = number + 1 == len(problem.steps) and not problem.periodic
-    place = number if ends else (number + 1) % len(problem.steps)
-    following = problem.steps[place]
+    ends = number + 1 == len(problem.resolved_steps) and not problem.periodic
+    place = number if ends else (number + 1) % len(problem.resolved_steps)
+    following = problem.resolved_steps[place]
     if ends:
         columns = transcription.last
     else:
@@ -151,7 +169,7 @@ def _jump(transcription: MultiStepTranscription, x: Array, number: int, motion: 
             columns[FOOT_SPEED] = int(layout[Unknown.SLIDE, 0][1, 0]) + offset
     rates_after = x[[columns[f"{name}_rate"] for name in problem.robot.angles]]
     v_next = full_coordinates(rates_after, float(x[columns[FOOT_SPEED]]) if FOOT_SPEED in columns else 0.0)
-    p = problem.robot.vector(problem.steps[number].values)
+    p = problem.robot.vector(motion.parameters)
     layout, offset = transcription.steps[number].variables, transcription.offsets[number]
     touchdown = TouchdownState(
         step=0,

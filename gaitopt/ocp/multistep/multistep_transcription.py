@@ -4,24 +4,25 @@ The unknowns are those of the steps one after the other, then the state after th
 repeats.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.section_coordinate import guard_after_swap
+from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector, structure
+from gaitopt.ocp.multistep.ground_constraints import PlaceCondition, ground_conditions, place_columns
 from gaitopt.ocp.multistep.multistep_problem import FOOT_SPEED, MultiStepProblem
-from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
 from gaitopt.ocp.transcription.impact_constraints import FollowingStep
 from gaitopt.ocp.transcription.method import Method
+from gaitopt.ocp.transcription.swing_terrain import SwingTerrain
 from gaitopt.ocp.transcription.transcription import StepParts, Transcription, prepare_step
 
 
@@ -57,18 +58,27 @@ class MultiStepTranscription:
         return x[self.offsets[number] : self.offsets[number + 1]]
 
 
-def transcribe_steps(problem: MultiStepProblem, methods: tuple[Method, ...]) -> MultiStepTranscription:
-    """Transcribe a problem of several steps into an NLP, each step on the grid of its method."""
+def transcribe_steps(
+    problem: MultiStepProblem, methods: tuple[Method, ...], raised: Collection[int] = ()
+) -> MultiStepTranscription:
+    """Transcribe a problem of several steps into an NLP, each step on the grid of its method.
+
+    In the steps with the numbers `raised` the swing foot is above the terrain, otherwise only at the touchdown.
+    """
     parts = tuple(
         prepare_step(replace(structure(step, method), placed=False))
-        for step, method in zip(problem.steps, methods, strict=True)
+        for step, method in zip(problem.resolved_steps, methods, strict=True)
     )
     sizes = [step.builder.variables.size for step in parts]
     offsets = tuple(int(offset) for offset in np.cumsum([0, *sizes]))
+    parts = tuple(
+        _place_on_terrain(problem, parts, offsets, number) if number in raised else step
+        for number, step in enumerate(parts)
+    )
     states = [_first_state(step) + offset for step, offset in zip(parts, offsets, strict=False)]
     n_variables, names = offsets[-1], problem.coordinates
     if not problem.periodic:
-        count = len(names) - (not problem.steps[-1].sequence.impact.slips)
+        count = len(names) - (not problem.resolved_steps[-1].sequence.impact.slips)
         states.append(np.arange(n_variables, n_variables + count))
         n_variables += count
     blocks, rows = [], 0
@@ -77,14 +87,11 @@ def transcribe_steps(problem: MultiStepProblem, methods: tuple[Method, ...]) -> 
         for block in step.blocks(following):
             blocks.append(replace(block, columns=block.columns + offsets[number], rows=block.rows + rows))
         rows += step.builder.rows.layout.size
-    if not problem.periodic:
-        blocks.append(_start_block(parts[0], states[0], rows))
-        rows += 1
-    for number in problem.footholds:
-        blocks.append(_foothold_block(parts[:number], offsets, rows))
-        rows += 1
+    conditions = ground_conditions(problem, parts, offsets, states[0])
+    blocks += [condition.block(rows + number) for number, condition in enumerate(conditions)]
+    rows += len(conditions)
     data = ca.vertcat(*(step.builder.data for step in parts))
-    typical = sum(step.objective.typical for step in problem.steps)
+    typical = sum(step.objective.typical for step in problem.resolved_steps)
     nlp = assemble_nlp(blocks, data, n_variables, rows, typical=typical)
     steps = tuple(step.transcription(nlp) for step in parts)
     first, last = ({name: int(i) for name, i in zip(names, state, strict=False)} for state in (states[0], states[-1]))
@@ -95,9 +102,18 @@ def transcribe_steps(problem: MultiStepProblem, methods: tuple[Method, ...]) -> 
         offsets=offsets,
         first=first,
         last=last,
-        data=np.concatenate([data_vector(step) for step in problem.steps]),
-        limits=_bounds(problem, steps, n_variables, first, last),
+        data=np.concatenate([data_vector(step) for step in problem.resolved_steps]),
+        limits=_bounds(problem, steps, n_variables, (first, last), conditions),
     )
+
+
+def _place_on_terrain(
+    problem: MultiStepProblem, parts: tuple[StepParts, ...], offsets: tuple[int, ...], number: int
+) -> StepParts:
+    """Return the parts of a step whose swing foot is above the terrain."""
+    columns = place_columns(parts[:number], offsets) - offsets[number]
+    terrain = SwingTerrain(problem.terrain or Terrain(), columns, problem.ground[number].piece.line)
+    return replace(parts[number], builder=replace(parts[number].builder, terrain=terrain))
 
 
 def _first_state(step: StepParts) -> Index:
@@ -116,42 +132,18 @@ def _following_step(
     ends = after == len(parts) and not problem.periodic
     place = number if ends else after % len(parts)
     builder, count = parts[place].builder, len(problem.robot.angles)
+    friction = builder.data[builder.names().index("friction")]
+    if ends and problem.terrain is not None:
+        friction = ca.SX(problem.last_friction)
     state = (states[after if ends else place] - offset)[:, None]
-    impact: Mode = problem.steps[place].sequence.impact
+    impact: Mode = problem.resolved_steps[place].sequence.impact
     return FollowingStep(
         angles=state[:count],
         rates=state[count : 2 * count],
         speed=state[2 * count :] if impact.slips else np.empty((0, 1), dtype=np.intp),
         impact=impact,
-        friction=builder.data[builder.names().index("friction")],
+        friction=friction,
         margin=builder.data[len(problem.robot.parameters) + 1],
-    )
-
-
-def _start_block(step: StepParts, state: Index, row: int) -> Block:
-    """Return the condition that the first state is a pose after touchdown."""
-    angles = ca.SX.sym("angles", len(step.structure.robot.angles))
-    p = step.builder.data[: len(step.structure.robot.parameters)]
-    return Block(
-        name="start",
-        variables=angles,
-        cost=None,
-        constraints=ca.SX(guard_after_swap(step.structure.robot, angles, p)),
-        columns=state[: angles.numel(), None],
-        rows=np.array([[row]]),
-    )
-
-
-def _foothold_block(before: tuple[StepParts, ...], offsets: tuple[int, ...], row: int) -> Block:
-    """Return the place of the stance foot after some steps, the sum of their travels."""
-    travels = ca.SX.sym("travels", len(before))
-    columns = [step.builder.variables[Unknown.TRAVEL][0, 0] + offsets[i] for i, step in enumerate(before)]
-    return Block(
-        name="foothold",
-        variables=travels,
-        constraints=ca.sum1(travels),
-        columns=np.array(columns)[:, None],
-        rows=np.array([[row]]),
     )
 
 
@@ -159,23 +151,22 @@ def _bounds(
     problem: MultiStepProblem,
     steps: tuple[Transcription, ...],
     n_variables: int,
-    first: Mapping[str, int],
-    last: Mapping[str, int],
+    ends: tuple[Mapping[str, int], Mapping[str, int]],
+    conditions: list[PlaceCondition],
 ) -> Bounds:
     """Return the bounds of all steps, with the stated coordinates of start and end fixed."""
-    each = [bounds(transcription, step) for transcription, step in zip(steps, problem.steps, strict=True)]
+    each = [bounds(transcription, step) for transcription, step in zip(steps, problem.resolved_steps, strict=True)]
     names = ("x_lower", "x_upper", "g_lower", "g_upper")
     whole = {name: np.concatenate([getattr(one, name) for one in each]) for name in names}
-    places = np.array(list(problem.footholds.values()), dtype=float).reshape(-1, 2).T
-    start = np.zeros(0 if problem.periodic else 1)
-    for side, bound in (("g_lower", places[0]), ("g_upper", places[1])):
-        whole[side] = np.concatenate([whole[side], start, bound])
+    first, last = ends
+    for side in ("lower", "upper"):
+        whole[f"g_{side}"] = np.append(whole[f"g_{side}"], [getattr(one, side) for one in conditions])
     if problem.periodic:
         return Bounds(**whole)
     free = np.full(n_variables - whole["x_lower"].size, np.inf)
     whole["x_lower"], whole["x_upper"] = np.append(whole["x_lower"], -free), np.append(whole["x_upper"], free)
     if FOOT_SPEED in last:
-        sign = problem.steps[-1].sequence.impact.sign
+        sign = problem.resolved_steps[-1].sequence.impact.sign
         bound = whole["x_lower"] if sign > 0 else whole["x_upper"]
         bound[last[FOOT_SPEED]] = 0.0
     for state, entries in ((problem.start, first), (problem.end, last)):

@@ -28,6 +28,7 @@ from gaitopt.interrupts import stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
 from gaitopt.ocp.nlp.ipopt import LARGE, ONE_AT_A_TIME, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
@@ -163,7 +164,9 @@ class _Run:
         iterate, inertia = _build_iterate(self.nlp)
         scaled, before = multipliers / self.nlp.typical, (math.inf, math.inf)
         for number in range(self.most_steps + 1):
-            numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = iterate(x, scaled, self.data, *self.limits)
+            with discard_warnings():
+                results = iterate(x, scaled, self.data, *self.limits)
+            numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = results
             f, unmet, wrong, mean, total = numbers.tolist()
             finite = math.isfinite(f + unmet + wrong + mean + total)
             converged = finite and max(wrong / max(1.0, mean), unmet) <= self.tolerance
@@ -209,7 +212,8 @@ class _Inertia:
 
     def __call__(self, nonzeros: Array) -> int:
         matrix = ca.DM(self._pattern, nonzeros.tolist())  # CasADi converts lists faster than arrays
-        self._factors.nfact(matrix)
+        with discard_warnings():
+            self._factors.nfact(matrix)
         return int(self._factors.neig(matrix))
 
 

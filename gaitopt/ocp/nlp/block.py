@@ -100,22 +100,17 @@ class BlockFunctions:
     @functools.cached_property
     def constraints(self) -> ca.Function:
         """Function that returns the constraints."""
-        return ca.Function("constraints", self._inputs, self._eliminate(self._block.constraints))
+        return ca.Function("constraints", self._inputs, self._outputs["constraints"])
 
     @functools.cached_property
     def jacobian(self) -> ca.Function:
         """Function that returns the constraints and the nonzeros of their Jacobian."""
-        return ca.Function("jacobian", self._inputs, self._eliminate(self._block.constraints, nonzeros(self._slopes)))
+        return ca.Function("jacobian", self._inputs, self._outputs["constraints"] + self._outputs["slopes"])
 
     @functools.cached_property
     def cost(self) -> ca.Function:
         """Function that returns cost, penalty and the gradient of their sum."""
-        block = self._block
-        gradient = ca.gradient(block.minimised, self._all)
-        if block.intermediates.numel():
-            gradient = self._chain.T @ gradient
-        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
-        return ca.Function("cost", self._inputs, self._eliminate(*parts, ca.densify(gradient)))
+        return ca.Function("cost", self._inputs, self._outputs["cost"])
 
     @functools.cached_property
     def hessian(self) -> ca.Function:
@@ -125,7 +120,7 @@ class BlockFunctions:
         """
         multipliers, weight = self._multipliers
         inputs = [*self._inputs, multipliers, weight]
-        return ca.Function("hessian", inputs, self._eliminate(nonzeros(self._curvature)))
+        return ca.Function("hessian", inputs, self._outputs["curvature"])
 
     @functools.cached_property
     def jacobian_entries(self) -> tuple[list[int], list[int]]:
@@ -137,12 +132,29 @@ class BlockFunctions:
         """Rows and columns of the nonzeros of the upper triangle of the Hessian."""
         return _triplets(self._curvature.sparsity())
 
-    def _eliminate(self, *expressions: ca.SX) -> list[ca.SX]:
-        """Return expressions as functions of the variables alone."""
+    @functools.cached_property
+    def _outputs(self) -> dict[str, list[ca.SX]]:
+        """Outputs of the Functions in terms of the variables alone; one substitution serves all of them."""
         block = self._block
+        outputs = {"constraints": [block.constraints], "cost": self._cost}
+        outputs |= {"slopes": [nonzeros(self._slopes)], "curvature": [nonzeros(self._curvature)]}
         if not block.intermediates.numel():
-            return list(expressions)
-        return list(ca.substitute(list(expressions), [block.intermediates], [block.definitions]))
+            return outputs
+        expressions = [expression for each in outputs.values() for expression in each]
+        reduced = iter(ca.substitute(expressions, [block.intermediates], [block.definitions]))
+        return {name: [next(reduced) for _ in each] for name, each in outputs.items()}
+
+    @functools.cached_property
+    def _cost(self) -> list[ca.SX]:
+        """Cost, penalty and the gradient of their sum, with intermediates; empty without any."""
+        block = self._block
+        if block.minimised is None:
+            return []
+        gradient = ca.gradient(block.minimised, self._all)
+        if block.intermediates.numel():
+            gradient = self._chain.T @ gradient
+        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
+        return [*parts, ca.densify(gradient)]
 
     @functools.cached_property
     def _all(self) -> ca.SX:

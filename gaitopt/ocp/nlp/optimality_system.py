@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
 from gaitopt.ocp.nlp.nlp import Nlp
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ class OptimalityFactors:
         The inertia of the matrix determines it (Nocedal & Wright, Numerical Optimization, theorem 16.3).
         """
         solver = self._functions.solver
-        with defer_interrupt():
+        with defer_interrupt(), discard_warnings():
             matrix = ca.DM(self._functions.pattern, self._entries.tolist())  # CasADi converts lists faster than arrays
             solver.nfact(matrix)
             return int(solver.neig(matrix)) - self._nlp.n_constraints
@@ -131,7 +132,7 @@ class OptimalityFactors:
 
         The matrix is factorised in every call: this takes as long as the solution with its factors.
         """
-        with defer_interrupt():
+        with defer_interrupt(), discard_warnings():
             return self._functions.solve_call(self._entries, right)[0].copy()
 
 

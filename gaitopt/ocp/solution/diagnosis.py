@@ -25,6 +25,10 @@ ROUNDING = 1e-7
 LEAST_RESERVE = 1e-9
 """Least distance from another contact mode inside a phase at which the simulator remains in the mode."""
 
+LARGEST_GROWTH = 3e7
+"""Growth of errors above which replays with several integrators deviate by more than 1e-6 after the touchdown: their
+errors at the end of a slip are up to 3e-14 rad/s."""
+
 
 class NamedLayouts(Protocol):
     """A transcription of a problem: the layouts of its unknowns and of its constraint rows."""
@@ -120,6 +124,16 @@ def report_inaccuracies(
             f"another step_length or speed, or Limits.clearance for a walker with knees."
         )
     return tuple(sentences)
+
+
+def report_growth(growth: float) -> tuple[str, ...]:
+    """Return a sentence if errors grow so much over the step that no replay confirms the plan."""
+    if growth <= LARGEST_GROWTH:
+        return ()
+    return (
+        f"an error at the end of a slip is {growth:.1e} times as large after the touchdown, so rounding errors exceed "
+        f"the accuracy of a replay; try another sequence, speed or step_length, or smaller torque limits.",
+    )
 
 
 def report_short_phases(transcription: Transcription, problem: GaitProblem, x: Array) -> tuple[str, ...]:

@@ -23,11 +23,22 @@ from gaitopt.ocp.nlp.ipopt import LARGE
 from gaitopt.ocp.nlp.keys import Group, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.diagnosis import report_inaccuracies, report_short_phases, report_short_steps
+from gaitopt.ocp.solution.diagnosis import (
+    report_growth,
+    report_inaccuracies,
+    report_short_phases,
+    report_short_steps,
+)
 from gaitopt.ocp.solution.node_placement import TorqueRamps, make_ramps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
-from gaitopt.ocp.solution.trajectory import BetweenNodes, check_between_nodes, read_parameters, reconstruct_motion
+from gaitopt.ocp.solution.trajectory import (
+    BetweenNodes,
+    check_between_nodes,
+    estimate_growth,
+    read_parameters,
+    reconstruct_motion,
+)
 from gaitopt.ocp.solution.transition_checks import report_inconsistent_transitions
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.warm_start import WarmStart
@@ -47,8 +58,12 @@ COARSE_TOLERANCE = 1e-6
 STOPPED_EARLY = (Status.INTERRUPTED, Status.TIME_LIMIT)
 """Statuses after which no further solve is started."""
 
-AT_TOUCHDOWN = 0.1
-"""Weight of the effect of the drift at touchdown, which for a usual touchdown is less than ten times the drift."""
+AT_TOUCHDOWN, REPLAYED = 0.1, 1e-6
+"""Least weight of the error after touchdown, which for a usual touchdown is less than ten times the drift, and the
+error after touchdown that a replay allows (:class:`gaitopt.Tolerances`)."""
+
+EXACT = 1e-9
+"""Error after touchdown below which the plan is so exact that errors do not grow much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +145,21 @@ class GridSolution:
 
     @functools.cached_property
     def error(self) -> float:
-        """Largest of the drift between the nodes, its effect at touchdown and the error of the energy balance."""
-        return worst(self.between.drift, AT_TOUCHDOWN * self.between.touchdown, ledger(self.motion).relative_residual)
+        """Largest of the drift between the nodes, the error after touchdown and the error of the energy balance.
+
+        The error after touchdown has a weight with which it satisfies the tolerance if it is at most ten times the
+        tolerance and a replay allows it, or if it is at most the tolerance.
+        """
+        weight = min(max(AT_TOUCHDOWN, self.problem.transcription.tolerance / REPLAYED), 1.0)
+        return worst(self.between.drift, weight * self.between.touchdown, ledger(self.motion).relative_residual)
+
+    @property
+    def growth(self) -> float:
+        """Ratio of the error after the touchdown to an error at the end of a slip; zero if there is no need for it."""
+        if self.between.touchdown <= EXACT or math.isinf(self.problem.transcription.tolerance):
+            return 0.0
+        with defer_interrupt():
+            return estimate_growth(self.transcription, self.values, self.x)
 
     def refine_feasibility(self) -> "GridSolution":
         """Return the solution with its equality constraints satisfied to rounding."""
@@ -176,7 +204,7 @@ class GridSolution:
         reasons = report_inaccuracies(transcription, problem, self.outcome.x, self.error, self.between)
         with defer_interrupt():
             transitions = report_inconsistent_transitions(problem.robot, transcription.phases, self.motion)
-        return reasons + transitions
+        return reasons + report_growth(self.growth) + transitions
 
     def check_plan(self) -> "GridSolution":
         """Return the solution, with the status of an inaccurate plan if there is a reason for it."""

@@ -16,6 +16,7 @@ from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, m
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution import runge_kutta
+from gaitopt.ocp.solution.touchdown_error import locate_end_of_slip, locate_touchdown
 from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
@@ -23,6 +24,9 @@ from gaitopt.reductions import worst
 
 STEPS = 50
 """Least number of Runge-Kutta steps per period by which a plan is integrated between its nodes."""
+
+DEVIATION = 1e-9
+"""Deviation from which the growth of errors is estimated (rad, rad/s)."""
 
 
 def read_parameters(transcription: Transcription, problem: GaitProblem, x: Array) -> dict[str, float]:
@@ -114,8 +118,8 @@ class BetweenNodes:
         Least distance to another contact mode inside the phases: share of the friction cone that a sticking force
         leaves free, or speed of a sliding foot [m/s]; inf without a friction limit.
     touchdown : float
-        Change of the state during the delay of the touchdown of the integrated motion (rad, rad/s, m, m/s): the drift
-        of the touchdown guard over its rate, which is small at a touchdown that grazes the ground.
+        Largest deviation of the state after the touchdown of the integrated motion (rad, rad/s, m/s), which a replay
+        finds too: errors grow at a touchdown that grazes the ground, and at an impact of low effective mass.
     """
 
     drift: float
@@ -124,10 +128,27 @@ class BetweenNodes:
     touchdown: float = 0.0
 
 
-def check_between_nodes(transcription: Transcription, values: dict[str, float], x: Array) -> BetweenNodes:
-    """Integrate a plan between its nodes under the planned torques and compare."""
+def check_between_nodes(
+    transcription: Transcription, values: dict[str, float], x: Array, deviation: float = 0.0
+) -> BetweenNodes:
+    """Integrate a plan between its nodes under the planned torques and compare.
+
+    Parameters
+    ----------
+    transcription : Transcription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    deviation : float
+        Change of the angles and rates at each end of a slip inside the step (rad, rad/s), with alternating signs.
+
+    Returns
+    -------
+    BetweenNodes
+    """
     robot, drift, outside, reserve = transcription.structure.robot, 0.0, 0.0, math.inf
-    p, continuous, reached = robot.vector(values), 2 * len(robot.angles), np.empty(0)
+    p, reached = robot.vector(values), np.empty(0)
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = read_states(transcription, phase, x)
         parts = _count_steps(transcription, phase, x)
@@ -138,19 +159,32 @@ def check_between_nodes(transcription: Transcription, values: dict[str, float], 
         integrate = _build_integrator(dynamics, parts * phase.count, 1)
         ends = np.asarray(integrate(initial, fine[:, :-1], fine[:, 1:], steps[None], p))[: dynamics.n_x]
         drift = worst(drift, np.abs(ends[:, parts - 1 :: parts] - states[:, 1:]))
-        reached = ends[:continuous, -1]  # the slide of the foot starts from zero in each phase
         visited = np.hstack([initial[: dynamics.n_x, None], ends[:, :-1]])
         violation, distance = _compare_with_mode(dynamics, visited, fine[:, :-1], steps[:-1], p)
         outside, reserve = worst(outside, violation), -worst(-reserve, -distance)
-    return BetweenNodes(drift, outside, reserve, _change_during_delay(dynamics, ends[:, -1], fine[:, -1], p))
+        last = dynamics, ends[:, -1], fine[:, -1], p
+        if phase is not transcription.phases[-1]:
+            # The slide of the foot starts from zero in each phase.
+            reached = locate_end_of_slip(*last, transcription.phases[phase.number + 1].mode)
+            if phase.mode.slips:
+                reached[::2] += deviation
+                reached[1::2] -= deviation
+    after = locate_touchdown(*last, transcription.structure.sequence.impact)
+    return BetweenNodes(drift, outside, reserve, worst(np.abs(after - _first_state(transcription, x))))
 
 
-def _change_during_delay(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array) -> float:
-    """Return the largest change of the last state of a step, shape (n_x,), until its touchdown guard is zero."""
-    robot, (q, v) = dynamics.robot, (part.ravel() for part in dynamics.full_samples(state[:, None]))
-    guard, rate, _ = (float(output) for output in robot.touchdown(q, v, p))
-    acceleration = np.asarray(robot.acceleration[dynamics.mode](q, v, torque, p)[0]).ravel()
-    return worst(np.abs(v), np.abs(acceleration)) * abs(guard / rate) if rate else math.inf
+def estimate_growth(transcription: Transcription, values: dict[str, float], x: Array) -> float:
+    """Return the ratio of the error after the touchdown to an error at the end of a slip inside the step, or zero."""
+    if not any(phase.mode.slips for phase in transcription.phases[:-1]):
+        return 0.0
+    return check_between_nodes(transcription, values, x, DEVIATION).touchdown / DEVIATION
+
+
+def _first_state(transcription: Transcription, x: Array) -> Array:
+    """Return angles and rates (n_angles + n_q,) at the start of the step."""
+    layout, first = transcription.variables, transcription.phases[0]
+    speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
+    return np.concatenate([x[layout[Unknown.ANGLES][:, 0]], full_coordinates(x[layout[Unknown.RATES][:, 0]], speed)])
 
 
 def _compare_with_mode(
@@ -303,9 +337,8 @@ def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[A
 
 
 def _jump(transcription: Transcription, x: Array, p: Array, last: Segment) -> Jump:
-    robot, layout, first = transcription.structure.robot, transcription.variables, transcription.phases[0]
-    speed = x[layout[Unknown.SLIDE, first.number][1, 0]] if first.mode.slips else 0.0
-    v_next = full_coordinates(x[layout[Unknown.RATES][:, 0]], speed)
+    robot, layout = transcription.structure.robot, transcription.variables
+    v_next = _first_state(transcription, x)[len(robot.angles) :]
     q = last.q[:, -1]
     touchdown = TouchdownState(
         step=0,

@@ -8,11 +8,14 @@ from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
-from gaitopt.parameters import Parameter, as_float, number_within, optional, positive
+from gaitopt.parameters import as_float, number_within, optional, positive, recall_parameter
+
+LARGEST_CLEARANCE = 10.0
+"""Largest clearance of the swing foot [m]."""
 
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
-    return Parameter(name, 1.0, unit, "", lower=0.0, lower_open=not zero, infinite=True).check(value)
+    return recall_parameter(name, unit, lower=0.0, lower_open=not zero, infinite=True).check(value)
 
 
 @check_arguments
@@ -40,7 +43,7 @@ class Limits:
         Least height of the swing foot over the ground at the stance foot.  At the distance x from the stance foot the
         least height is clearance (1 - (x / d)^2)^2, which is zero in the footprints, d being the distance between the
         feet at touchdown.  0 excludes penetration of the ground; None removes the constraint, as walkers without knees
-        need: their swing foot scuffs.
+        need: their swing foot scuffs.  At most 10 m.
 
     Examples
     --------
@@ -56,7 +59,9 @@ class Limits:
     rate: float = field(default=math.inf, converter=as_float, validator=positive("rad/s", infinite=True))
     shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
-    clearance: float | None = field(default=None, converter=as_float, validator=optional(number_within("m", lower=0.0)))
+    clearance: float | None = field(
+        default=None, converter=as_float, validator=optional(number_within("m", lower=0.0, upper=LARGEST_CLEARANCE))
+    )
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator [N m], in order.
@@ -102,7 +107,7 @@ def _angle_bounds(name: str, limit: object) -> tuple[float, float]:
         return -size, size
     if len(limit) != 2:
         raise InputError(f"{name} must be a number or a pair (lower, upper), got {limit!r}.")
-    lower, upper = (Parameter(name, 0.0, "rad", "").check(bound) for bound in limit)
+    lower, upper = (recall_parameter(name, "rad").check(bound) for bound in limit)
     if lower >= upper:
         raise InputError(f"{name}: the lower bound {lower:g} must be below the upper bound {upper:g} [rad].")
     return lower, upper
@@ -192,7 +197,7 @@ class Range:
         pair = target if isinstance(target, tuple | list) else (target, target)
         if len(pair) != 2:
             raise InputError(f"{name} must be a number, a pair (lower, upper) or None, got {target!r}.")
-        lower, upper = (Parameter(name, 1.0, unit, "", lower=0.0, lower_open=True).check(bound) for bound in pair)
+        lower, upper = (recall_parameter(name, unit, lower=0.0, lower_open=True).check(bound) for bound in pair)
         if lower > upper:
             raise InputError(f"{name}: the lower bound {lower:g} must not exceed the upper bound {upper:g} [{unit}].")
         return cls(lower, upper)

@@ -10,6 +10,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
+from gaitopt.model.uneven_ground import height_of_footprints, is_on_uneven_ground
 from gaitopt.motion.motion import Array
 
 REFINED = 3
@@ -137,11 +138,12 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
     still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
     landing, touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
+    level = float(height_of_footprints(robot, np.array(p), step, step)) if is_on_uneven_ground(robot) else 0.0
 
     def gap(angles: Array) -> Array:
         q = full_coordinates(angles)
         (x, y), guard = landing(q, still)[0], touchdown(q, still)[0]
-        return np.array([x - step, y, guard[0]])
+        return np.array([x - step, y - level, guard[0]])
 
     def slopes(angles: Array) -> Array:
         q = full_coordinates(angles)

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
@@ -38,6 +39,7 @@ def _least_sliding_inertia(robot: Robot, p: bytes, angles: tuple[tuple[float, fl
     lower, upper = np.array(angles).T[:, :, None]
     poses: Array = np.zeros((robot.n_q, POSES))
     poses[2:] = np.random.default_rng(0).uniform(lower, upper, (len(angles), POSES))
-    shares = np.asarray(robot.wellposed.map(POSES)(poses, np.frombuffer(p)))
+    function = robot.wellposed.map("wellposed", "serial", POSES, [1], [])  # the parameters are those of all poses
+    shares = FastCall(function)(poses.ravel(order="F"), np.frombuffer(p))[0].reshape(2, POSES, order="F")
     ratios = shares / shares.mean(axis=0)
     return float(np.nan_to_num(ratios, nan=-np.inf).min())

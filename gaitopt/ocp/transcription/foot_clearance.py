@@ -1,14 +1,18 @@
 """Foot clearance: the least height of the swing foot over the ground between its footprints."""
 
 import math
+from typing import NamedTuple
 
 import casadi as ca
+import numpy as np
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.coordinate_entries import CONTACT
+from gaitopt.model.uneven_ground import INCLINE, PASSED, height_of_footprints, is_on_uneven_ground, stance_rotation
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
+from gaitopt.ocp.transcription.swing_terrain import DEEPEST, SLACK, SwingTerrain, height_over_terrain, smooth_step
 
 
 def bump(ahead: ca.SX, distance: ca.SX) -> ca.SX:
@@ -47,15 +51,55 @@ def clearance_rows(
         Keys of the first nodes of the intervals.
     """
     distance, heights = _touchdown_distance(builder, local), []
+    lower = 0.0 if builder.terrain is None else -SLACK
+    over = None if builder.terrain is None else _place_on_terrain(builder, builder.terrain, local, number)
     for state in states:
         q, v = dynamics.full(state)
-        foot = builder.robot.landing(q, v, p)[0] - q[CONTACT]
-        heights.append(foot[1] - builder.clearance() * bump(foot[0], distance))
-    table = [Row(Key(Kind.CLEARANCE, inner=i), 0.0, math.inf) for i in range(len(states))]
+        foot = builder.robot.landing(q, v, p)[0]
+        if over is not None:
+            heights.append(_height_over_terrain(builder, over, q[CONTACT], foot, p, distance))
+            continue
+        foot -= q[CONTACT]
+        lowest = builder.clearance() * bump(foot[0], distance)
+        if is_on_uneven_ground(builder.robot):
+            lowest += height_of_footprints(builder.robot, p, foot[0], distance)
+        heights.append(foot[1] - lowest)
+    table = [Row(Key(Kind.CLEARANCE, inner=i), lower, math.inf) for i in range(len(states))]
     rows = builder.rows.add((Group.CLEARANCE, number), table, places)
     if number == 0:
         builder.rows.bound(rows[0, 0], -math.inf, math.inf)  # the step begins on the ground
     return ca.vertcat(*heights), rows
+
+
+class _StancePlace(NamedTuple):
+    """Place of the stance foot at the start of the step and slide before a phase, as local variables."""
+
+    terrain: SwingTerrain
+    start: ca.SX
+    slid: ca.SX
+
+
+def _place_on_terrain(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVariables, number: int) -> _StancePlace:
+    travels = [local.add("travel before", np.array([[column]])) for column in terrain.travels]
+    tables = (builder.variables.tables.get((Unknown.SLIDE, phase)) for phase in range(number))
+    slides = [local.add("slide before", table[:1, [-1]]) for table in tables if table is not None]
+    return _StancePlace(terrain, sum(travels, ca.SX(0)), sum(slides, ca.SX(0)))
+
+
+def _height_over_terrain(
+    builder: NlpBuilder, over: _StancePlace, contact: ca.SX, foot: ca.SX, p: ca.SX, distance: ca.SX
+) -> ca.SX:
+    """Return the height of the swing foot over the terrain, less the requested clearance [m].
+
+    Without a clearance it is required only well ahead of the stance foot: behind it, and where they pass each other,
+    straight legs reach through the ground.
+    """
+    incline = p[builder.robot.index(INCLINE)]
+    slid = stance_rotation(incline) @ ca.vertcat(over.slid, 0)
+    ahead, height = height_over_terrain(over.terrain, over.start, incline, contact, foot, slid)
+    if builder.cleared:
+        return height - builder.clearance() * bump(ahead, distance)
+    return height + DEEPEST * (1 - smooth_step(ahead / PASSED - 1))
 
 
 def _touchdown_distance(builder: NlpBuilder, local: BlockVariables) -> ca.SX:

@@ -11,6 +11,7 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, full_vector
 from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
+from gaitopt.model.uneven_ground import travel_of_slides
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import TOUCHDOWN, Group, Key, Kind, Row, Unknown, equation
@@ -65,7 +66,7 @@ def touchdown_block(
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     relabelled = robot.swap(q, v_minus, p)[0][ANGLES]
-    length = robot.landing(q, v_minus, p)[0][0] + sum(builder.slides(local))
+    length = robot.landing(q, v_minus, p)[0][0] + travel_of_slides(robot, p, sum(builder.slides(local), ca.SX(0)))
     law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p, following)
     transition_rows, transition = condition_rows(Touchdown(robot).conditions(q, v_minus, v_plus, p))
     constraints = ca.vertcat(

@@ -12,7 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.transcription.scheme import Scheme
-from gaitopt.parameters import Parameter, optional, positive
+from gaitopt.parameters import optional, positive, recall_parameter
 
 MOST_INTERVALS = 2000
 """Largest number of intervals of a phase."""
@@ -165,4 +165,4 @@ def check_count(name: str, count: object, lower: int, upper: int) -> None:
     """Raise InputError unless `count` is a whole number within bounds."""
     if isinstance(count, bool):
         raise InputError(f"{name} must be a whole number, got {count!r}.")
-    Parameter(name, lower, "1", "", lower=lower, upper=upper, whole=True).check(count)
+    recall_parameter(name, lower=lower, upper=upper, whole=True).check(count)

@@ -18,6 +18,7 @@ from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.ocp.transcription.sign_changes import SignChangeLayout
+from gaitopt.ocp.transcription.swing_terrain import SwingTerrain
 
 MARGINS = ("cone", "impact_cone")
 """Margins that enter the constraints as data, after the robot's parameters."""
@@ -54,6 +55,8 @@ class NlpBuilder:
         Places of the data on sign changes of the joint powers, if there are any.
     placed : bool
         Whether the fractions of the phases at which their nodes are placed are data, the first after the shared ones.
+    terrain : SwingTerrain or None
+        The terrain below the swing foot, if the height of the foot over it is constrained.
     """
 
     robot: Robot
@@ -70,6 +73,7 @@ class NlpBuilder:
     resting: set[int] = field(default_factory=set)
     sign_changes: SignChangeLayout | None = None
     placed: bool = False
+    terrain: SwingTerrain | None = None
 
     @functools.cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:

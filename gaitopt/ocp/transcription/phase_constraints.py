@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
+from gaitopt.model.contacts.transition import ContactQuantities, NodeCondition
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
@@ -21,6 +22,9 @@ from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import InstantFactory, IntervalInstants, mean_integrand, peak_rows
 from gaitopt.ocp.transcription.scheme import Point
 from gaitopt.ocp.transcription.sign_changes import mean_parts
+
+NO_CONTACT = ContactQuantities(ca.SX.zeros(2), ca.SX(0), ca.SX(1), ca.SX.ones(2), ca.SX(0))
+"""Quantities for which only the number of the conditions of a transition is of interest."""
 
 
 class Equations:
@@ -98,7 +102,7 @@ class _Intervals:
         rows = builder.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
         values = [self.equations.values]
         plain, relative = (self.length * mean for mean in mean_integrand(builder, self.instants))
-        if builder.cleared:
+        if builder.cleared or builder.terrain is not None:
             states = [point.state for point in self.points[:-1]]
             heights, clear = clearance_rows(
                 builder, local, self.dynamics, states, self.p, number=phase.number, places=places
@@ -222,22 +226,23 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
 
 def start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
     """Return the block of the first node of a slip if the transition or impact before it states conditions there."""
-    if not phase.mode.slips:
+    if not (phase.mode.slips and _departure(builder, phase, NO_CONTACT)):
         return []
     local = BlockVariables(builder, 1)
     p = local.parameters()
     first = point_at(builder, phase, dynamics, local, [phase.first], p)
-    contact, robot = dynamics.contact(first.state, first.acceleration, first.force, p), builder.robot
+    contact = dynamics.contact(first.state, first.acceleration, first.force, p)
     contact = contact._replace(excess=dynamics.excess_at_rest(first.state, first.torque, p, _cone_margin(builder)))
-    if phase.number == 0:
-        conditions = Touchdown(robot).departure(phase.previous, phase.mode, contact)
-    else:
-        conditions = robot.contact_model.between(phase.previous, phase.mode).departure(phase.mode, contact)
-    if not conditions:
-        return []
-    table, values = condition_rows(conditions)
+    table, values = condition_rows(_departure(builder, phase, contact))
     rows = builder.rows.add((Group.START, phase.number), table, [phase.place(0)])
     return [local.block(f"start_{phase.number}", values, rows)]
+
+
+def _departure(builder: NlpBuilder, phase: Phase, contact: ContactQuantities) -> list[NodeCondition]:
+    """Return the conditions at the first node of a slip."""
+    if phase.number == 0:
+        return Touchdown(builder.robot).departure(phase.previous, phase.mode, contact)
+    return builder.robot.contact_model.between(phase.previous, phase.mode).departure(phase.mode, contact)
 
 
 def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:

@@ -88,15 +88,11 @@ def mean_parts(parts: Sequence[ca.SX], powers: Sequence[ca.SX], data: ca.SX) -> 
         Data on sign changes; if they are zero, the means are upper bounds.
     """
     points, n = len(powers), powers[0].numel()
-    terms = ca.vertsplit(data, points)
-    corrections = []
-    for j in range(n):
-        linear, *bases = terms[j * (1 + MAX_ZEROS) : (j + 1) * (1 + MAX_ZEROS)]
-        split = ca.vertcat(*(part[j] - part[n + j] for part in parts))
-        coefficients = ca.vertcat(*(power[j] for power in powers))
-        movement = sum((ca.dot(basis, coefficients) ** 2 for basis in bases), ca.SX(0))
-        corrections.append((ca.dot(linear, split) + movement) / 2)
-    return sum(parts, ca.SX(0)) / points + ca.vertcat(*corrections, *corrections)
+    table, both, coefficients = ca.reshape(data, points, -1).T, ca.horzcat(*parts), ca.horzcat(*powers)
+    linear, *bases = (table[i :: 1 + MAX_ZEROS, :] for i in range(1 + MAX_ZEROS))  # rows are actuators
+    movement = sum((ca.sum2(basis * coefficients) ** 2 for basis in bases), ca.SX(0))
+    correction = (ca.sum2(linear * (both[:n, :] - both[n:, :])) + movement) / 2
+    return ca.sum2(both) / points + ca.vertcat(correction, correction)
 
 
 def locate_sign_changes(

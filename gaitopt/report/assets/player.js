@@ -15,15 +15,15 @@ function startPlayer(section) {
     outputs: [...figure.querySelectorAll("output")],
   }));
   const perStep = film.frames.length, last = film.steps * perStep - 1;
-  let here = 0, playing = false, before = 0;
+  let current = 0, playing = false, before = 0;
 
   function put(element, attributes) {
     for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
   }
 
   function show(position) {
-    here = Math.max(0, Math.min(last, position));
-    const number = Math.round(here), step = Math.floor(number / perStep), frame = film.frames[number % perStep];
+    current = Math.max(0, Math.min(last, position));
+    const number = Math.round(current), step = Math.floor(number / perStep), frame = film.frames[number % perStep];
     const dx = step * film.shift[0], dy = step * film.shift[1];
     frame.links.forEach(([x1, y1, x2, y2], i) => put(links[i], { x1: x1 + dx, y1: y1 + dy, x2: x2 + dx, y2: y2 + dy }));
     frame.rims.forEach(([x, y, turn], i) => put(rims[i], { transform: `translate(${x + dx} ${y + dy}) rotate(${turn})` }));
@@ -54,14 +54,14 @@ function startPlayer(section) {
 
   function tick(now) {
     if (!playing) return;
-    show(here + (now - before) / 1000 * film.rate);
+    show(current + (now - before) / 1000 * film.rate);
     before = now;
-    if (here >= last) play(false);
+    if (current >= last) play(false);
     else requestAnimationFrame(tick);
   }
 
   function play(wanted) {
-    if (wanted && here >= last) show(0);
+    if (wanted && current >= last) show(0);
     playing = wanted;
     button.textContent = playing ? "\u275a\u275a" : "\u25b6";
     button.setAttribute("aria-label", playing ? "Pause" : "Play");
@@ -75,7 +75,7 @@ function startPlayer(section) {
     if (event.key === " " && event.target !== button) play(!playing);
     else if (["ArrowLeft", "ArrowRight"].includes(event.key) && event.target !== slider) {
       play(false);
-      show(Math.round(here) + (event.key === "ArrowRight" ? 1 : -1));
+      show(Math.round(current) + (event.key === "ArrowRight" ? 1 : -1));
     } else return;
     event.preventDefault();
   });

@@ -16,7 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
 from gaitopt.simulation.planar_simulation.footholds import cross_piece, find_pieces, hits_step, is_uneven
-from gaitopt.simulation.planar_simulation.guard_watch import JAMS, ZERO
+from gaitopt.simulation.planar_simulation.guard_watch import JAMS, OPENING_GAP, ZERO
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import TorqueSource
 from gaitopt.status import Stop
@@ -158,10 +158,17 @@ class EventResolution:
         return bool(parts.normal[contact] @ choice.acceleration + parts.normal_bias[contact] >= -APPROACH)
 
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
-        """Return the contacts that close."""
+        """Return the contacts that close: several at a touchdown; at another event, those that touch exactly.
+
+        A contact that touches shortly after an event that is not a touchdown has a separate event.
+        """
         free = [i for i, mode in enumerate(state.modes) if mode is Mode.FREE]
-        closing = self._contacts_of(state).closing(state.q, state.v, free, ZERO)
-        return closing if kind.name != "closes" or kind.number in closing else [*closing, kind.number]
+        contacts = self._contacts_of(state)
+        closing = contacts.closing(state.q, state.v, free, ZERO)
+        if kind.name != "closes":
+            gaps = contacts.kinematics(state.q, state.v).gap
+            return [i for i in closing if gaps[i] <= OPENING_GAP]
+        return closing if kind.number in closing else [*closing, kind.number]
 
     def _is_uneven(self, state: PlanarState) -> bool:
         return self.terrain is not None and is_uneven(self.robot, self.terrain, state.pieces)

@@ -12,6 +12,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.planar.impact_system import impact_slope
+from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.dormand_prince import DormandPrince
@@ -70,7 +71,7 @@ def event_derivative(
     before = np.append(phase.rates(t, arc.states[:, -1])[: 2 * n], np.zeros(n_l))
     if arc.ended_by is None:
         raise ValueError("an arc that ended at the time limit has no saltation")
-    gradient, drift = phase.guard_slope(t, y, phase.equations.guards.index(arc.ended_by))
+    gradient, drift = phase.guard_slope(t, y, phase.equations.guards.index(_find_guard(phase, arc.ended_by, event)))
     reset = np.eye(2 * n + n_l)
     if event.outcome is not None:
         by_q, by_v = impact_slope(automaton.robot, event.outcome)(event.q, event.v_minus, phase.p)[1:]
@@ -81,6 +82,18 @@ def event_derivative(
     after = automaton.phase(following)
     rates = after.rates(t, np.concatenate([following.y, np.zeros(after.n_works)]))[: 2 * n]
     return saltation(reset, before, np.append(rates, np.zeros(n_l)), shift)
+
+
+def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> GuardKind:
+    """Return the guard that determines the time of an event: that of a closing contact if there is an impact.
+
+    Another guard may fall through zero at the same instant.
+    """
+    if event.outcome is None or ended_by.name == "closes":
+        return ended_by
+    names = phase.robot.contact_names
+    gaps = [kind for kind in phase.equations.guards if kind.name == "closes"]
+    return next(kind for kind in gaps if f"{names[kind.number]} closes" in event.names)
 
 
 def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:

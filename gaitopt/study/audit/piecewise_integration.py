@@ -106,8 +106,8 @@ def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
         )
         if run.status < 0:
             raise GaitoptError(f"The second integrator stops at {run.t[-1]:.6g} s: {run.message}")
-        found = sorted((time, name) for name, at in zip(names, run.t_events, strict=True) for time in at)
-        for time, name in found:
+        crossings = sorted((time, name) for name, at in zip(names, run.t_events, strict=True) for time in at)
+        for time, name in crossings:
             at = np.asarray(run.sol(time), dtype=float)
             if piece.accepts(name, float(time), at):
                 return Crossing(name, float(time), at)

@@ -1,5 +1,6 @@
 """Basins of attraction: the endings of walks from a grid of initial states."""
 
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,6 +24,7 @@ from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import BasinWalk, axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
+from gaitopt.study.storage.netcdf_file import import_packages
 from gaitopt.study.storage.study_lock import lock_study
 
 if TYPE_CHECKING:
@@ -107,7 +109,8 @@ def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> 
     pending = np.flatnonzero(known.outcome == PENDING)
     planned = [Task(str(i), pending[i : i + CHUNK]) for i in range(0, pending.size, CHUNK)]
     record, observer = BasinRecord(known, walk.basin, path), execution.observer
-    running = run_tasks(walk_starts, planned, walk, execution=execution)
+    packages = functools.partial(import_packages, path)
+    running = run_tasks(walk_starts, planned, walk, execution=execution, meanwhile=packages)
     with record:
         collect_tasks(running, record, planned, observer and (lambda *_: observer(record.finished, known.outcome.size)))
     return record.basin()

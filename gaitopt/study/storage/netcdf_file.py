@@ -1,5 +1,7 @@
 """Labelled tables in NetCDF files: written atomically, and read only if they are of the expected kind."""
 
+import contextlib
+import importlib
 from collections.abc import Container
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +13,20 @@ from gaitopt.motion.hdf5 import read_hdf5
 
 if TYPE_CHECKING:
     import xarray as xr
+
+FOR_TABLES, FOR_FILES = ("xarray", "dask.array"), ("h5netcdf", "distributed")
+"""Packages that xarray imports for a table and for its file, the last one of each if it is installed."""
+
+
+def import_packages(path: Path | None) -> None:
+    """Import what a table and its file, if there is one, need.
+
+    A study does so while its workers run, so that an interrupt does not wait for it.  A thread must not: packages with
+    circular imports fail if two threads import them.
+    """
+    for name in FOR_TABLES if path is None else FOR_TABLES + FOR_FILES:
+        with contextlib.suppress(ImportError):  # reported when the table is made
+            importlib.import_module(name)
 
 
 def write_table(table: "xr.Dataset", path: Path, room: int) -> None:

@@ -24,14 +24,14 @@ def solve_planar_task(grid: SweepGrid, task: SweepTask, *results: PlanarGait | N
     """Run a task of a sweep: a gait from default starts or neighbours, or the verified best gait of a point."""
     problem = grid.problem_at(task.point)
     gaits = [(point, gait) for (_, point), gait in zip(task.inputs, results, strict=True) if gait is not None]
-    here = [gait for point, gait in gaits if point == task.point]
+    solved = [gait for point, gait in gaits if point == task.point]
     if task.kind == "point":
-        return verify_best_planar([gait for gait in here if gait.status.ok] or [solve_default(problem, grid.starts)])
+        return verify_best_planar([gait for gait in solved if gait.status.ok] or [solve_default(problem, grid.starts)])
     near = sorted((gait for point, gait in gaits if point != task.point and gait.status.ok), key=planar_objective)
     continued = [solve_planar(problem.replace(guess=FromPlanarGait(gait))) for gait in near[:1]]
-    if task.kind == "cold" or not (here or any(gait.status.ok for gait in continued)):
+    if task.kind == "cold" or not (solved or any(gait.status.ok for gait in continued)):
         continued.append(solve_default(problem, grid.starts))
-    return select_best([*here, *continued])
+    return select_best([*solved, *continued])
 
 
 def planar_dataset(findings: "SweepResults") -> "xr.Dataset":

@@ -1,10 +1,7 @@
 """Sweeps: optimal gaits of several contact sequences over ranges of friction, speed, step length and others."""
 
-import contextlib
 import functools
-import importlib
 import shutil
-import threading
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +25,7 @@ from gaitopt.study.sequence_search.planar_search import list_planar_sequences
 from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences, enumerate_sequences
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
 from gaitopt.study.storage.gait_store import GaitStore
+from gaitopt.study.storage.netcdf_file import import_packages
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.sweeps.planar_sweep import solve_planar_task
@@ -124,8 +122,6 @@ def sweep(
     grid = SweepGrid(problem, closed, values, starts)
     listed = {name: axis.tolist() for name, axis in values.items()}
     key = study_key(problem, sequences=[str(sequence) for sequence in closed], axes=listed, starts=starts)
-    if execution.executor is not None or execution.workers != 1:
-        threading.Thread(target=_import_ahead, daemon=True).start()
     find = functools.partial(_solve_grid, grid, key, execution, measures)
     if path is None:
         return to_dataset(find({}, None))
@@ -160,12 +156,6 @@ def _expand_any(problem: GaitProblem | PlanarProblem, text: str) -> Sequence[Con
     return enumerate_sequences(phases)
 
 
-def _import_ahead() -> None:
-    """Import xarray while the workers run; the import takes as long as two solves."""
-    with contextlib.suppress(ImportError):  # reported when the table is made
-        importlib.import_module("xarray")
-
-
 def _solve_grid(
     grid: SweepGrid,
     key: dict[str, Any],
@@ -178,7 +168,8 @@ def _solve_grid(
     unsolved = [p for p in grid.points() if p not in grid.impossible and f"point-{p.name}" not in kept]
     planned = plan_sweep(grid) if unsolved else []
     solve = solve_planar_task if isinstance(grid.problem, PlanarProblem) else solve_task
-    running = run_tasks(solve, planned, grid, known=kept, execution=execution)
+    packages = functools.partial(import_packages, kept.path if isinstance(kept, GaitStore) else None)
+    running = run_tasks(solve, planned, grid, known=kept, execution=execution, meanwhile=packages)
     lost = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():

@@ -21,6 +21,7 @@ from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import check_type, whole_number
 from gaitopt.study.storage.gait_store import GaitStore, check_same_study
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid, solve_front_task, space_bounds
 from gaitopt.study.trade_offs.front_table import Front, load_front, measure_point, tabulate_front, write_front
 from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, Quantity, quantity_named, restrict_speed
@@ -223,15 +224,27 @@ class Pareto:
 
 
 def _resume_file(path: Path, key: dict[str, Any], find: Any) -> "xr.Dataset":
-    """Return the front of a file; gaits that are missing are solved, and each is stored when it is finished."""
-    parts = GaitStore.beside(path)
-    if path.exists():
-        table = load_front(path)
-        check_same_study(json.loads(table.attrs["question"]), key, path)
-        if table.attrs["complete"]:
-            return table
+    """Return the front of a file; gaits that are missing are solved, and each is stored when it is finished.
+
+    One process computes a file at a time.
+    """
+    parts, table = GaitStore.beside(path), _read_complete(path, key)
+    if table is not None:
+        return table
     check_writable(path)
-    table = write_front(find(GaitStore(parts, key)), path)
-    if table.attrs["complete"]:
-        shutil.rmtree(parts, ignore_errors=True)
+    with lock_study(path):
+        table = _read_complete(path, key)  # another process may have finished it
+        if table is None:
+            table = write_front(find(GaitStore(parts, key)), path)
+        if table.attrs["complete"]:
+            shutil.rmtree(parts, ignore_errors=True)
     return table
+
+
+def _read_complete(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
+    """Return the front in a file; None if there is none or it is not complete."""
+    if not path.exists():
+        return None
+    table = load_front(path)
+    check_same_study(json.loads(table.attrs["question"]), key, path)
+    return table if table.attrs["complete"] else None

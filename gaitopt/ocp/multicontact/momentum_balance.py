@@ -1,0 +1,71 @@
+"""The momentum balance of a periodic gait along the ground, which excludes slip in one direction only."""
+
+import math
+
+import numpy as np
+
+from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+
+BALANCED = 1e-6
+"""Difference of friction and tangent of the slope up to which gravity may balance the friction of a one-way slip."""
+
+
+def explain_one_way_slip(problem: PlanarProblem) -> str | None:
+    """Return why no periodic gait has the contact sequence of a problem: its feet slip in one direction only.
+
+    In a period the momentum along the ground does not change.  If all contacts on the ground slip forward in all
+    phases and impacts, friction is -mu times the normal force at all times, so that the balance
+    mu cos(slope) = sin(slope) does not depend on the motion.
+
+    Returns
+    -------
+    str or None
+        None if the sequence contains stick, slip in both directions or no ground, or if the balance is fulfilled.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> problem = PlanarProblem(robot=monopod(), sequence="foot slip+ > flight |", friction=0.3, speed=1.5)
+    >>> print(explain_one_way_slip(problem))
+    all contacts slip forward all the time: friction 0.3 then changes the momentum along the ground in every step, and \
+no periodic gait exists unless friction is tan(slope) = 0
+    >>> explain_one_way_slip(problem.replace(sequence="foot stick > flight |")) is None
+    True
+    """
+    robot, sequence = problem.robot, problem.sequence
+    if robot.travel is None or sequence.is_open or not _is_free_along_ground(problem):
+        return None
+    states = list(sequence.states(robot))
+    states += [sequence.outcome(robot, number) for number, event in enumerate(sequence.events) if event.impact]
+    signs = {sign for state in states for sign in _slip_signs(problem, state)}
+    if len(signs) != 1 or 0 in signs:
+        return None
+    sign, balanced = signs.pop(), math.tan(problem.slope)
+    if abs(sign * problem.friction - balanced) <= BALANCED:
+        return None
+    return (
+        f"all contacts slip {'forward' if sign > 0 else 'backward'} all the time: friction {problem.friction:g} then "
+        "changes the momentum along the ground in every step, and no periodic gait exists unless friction is "
+        f"{'' if sign > 0 else '-'}tan(slope) = {sign * balanced + 0.0:.4g}"
+    )
+
+
+def _slip_signs(problem: PlanarProblem, state: ContactState) -> set[int]:
+    """Return the directions in which the closed contacts on the ground slip; 0 stands for stick."""
+    modes = zip(state.modes, problem.robot.contacts, strict=True)
+    return {mode.sign for (_, mode), contact in modes if contact.slides and mode is not Mode.FREE}
+
+
+def _is_free_along_ground(problem: PlanarProblem) -> bool:
+    """Return whether only gravity and the contacts act on the robot along the ground."""
+    robot = problem.robot
+    p, place = robot.vector(problem.values), robot.coordinates.index(robot.travel or "")
+    poses = np.random.default_rng(0).uniform(-0.3, 0.3, (2, robot.n_q))
+    moved = poses + np.eye(robot.n_q)[place]
+    still = np.zeros(robot.n_q)
+    potential = [[float(robot.energy(q, still, p)[1]) for q in group] for group in (poses, moved)]
+    change = np.diff(potential, axis=0)
+    weight = float(robot.mass(p)) * problem.values["gravity"]
+    return bool(np.allclose(change, -weight * math.sin(problem.slope), atol=1e-9 * weight))

@@ -1,0 +1,84 @@
+"""States after the events of an integrated plan, which a replay locates where the integrated motion has them."""
+
+import functools
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.model.contacts.touchdown import Touchdown
+from gaitopt.model.coordinate_entries import ANGLES, SLIDE
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+
+
+def locate_end_of_slip(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
+    """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends when its speed is zero.
+
+    During the delay of the end of a slip the rates change by the accelerations of the slip instead of those of the
+    following mode.  At the onset of a slip the accelerations do not jump.
+
+    Parameters
+    ----------
+    dynamics : PhaseDynamics
+        Dynamics of the phase.
+    state : (n_x,) array
+        Last state of the phase.
+    torque : (n_u,) array
+    p : (n_p,) array
+    following : Mode
+        Mode of the next phase.
+    """
+    if not dynamics.mode.slips:
+        return state[: 2 * dynamics.n_angles].copy()
+    q, v = dynamics.full_samples(state[:, None])
+    end = np.asarray(_build_end_of_slip(dynamics.robot, dynamics.mode, following)(q, v, torque, p)).ravel()
+    return np.concatenate([q.ravel()[ANGLES], end[ANGLES]])
+
+
+def locate_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, outcome: Mode) -> Array:
+    """Return angles and all rates after the touchdown of a motion that nearly touches down, (n_angles + n_q,).
+
+    Parameters
+    ----------
+    dynamics : PhaseDynamics
+        Dynamics of the last phase.
+    state : (n_x,) array
+        Last state of the step.
+    torque : (n_u,) array
+    p : (n_p,) array
+    outcome : Mode
+        Mode of the landing foot after the impact.
+    """
+    q, v = dynamics.full_samples(state[:, None])
+    following = np.asarray(_build_touchdown(dynamics.robot, dynamics.mode, outcome)(q, v, torque, p)).ravel()
+    return np.concatenate([following[: dynamics.robot.n_q][ANGLES], following[dynamics.robot.n_q :]])
+
+
+@functools.lru_cache(maxsize=64)
+def _build_end_of_slip(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
+    """Return (q, v, torque, p) -> rates, with those of the angles at the planned end of a slip."""
+    q, v, torque, p = _make_symbols(robot)
+    others = np.ones(robot.n_q)
+    others[SLIDE] = 0.0
+    during = robot.acceleration[mode](q, v, torque, p)[0]
+    after = robot.acceleration[following](q, v * others, torque, p)[0]
+    delay = -v[SLIDE] / during[SLIDE]
+    return ca.Function("end_of_slip", [q, v, torque, p], [v + (during - after) * delay])
+
+
+@functools.lru_cache(maxsize=64)
+def _build_touchdown(robot: Robot, mode: Mode, outcome: Mode) -> ca.Function:
+    """Return (q, v, torque, p) -> state (q, v) after a touchdown with a known outcome and the leg exchange."""
+    q, v, p = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("p", len(robot.parameters))
+    reset = ca.Function("reset", [q, v, p], [Touchdown(robot).reset(outcome, q, v, p)])
+    q, v, torque, p = _make_symbols(robot)
+    guard, rate, _ = robot.touchdown(q, v, p)
+    delay, acceleration = -guard / rate, robot.acceleration[mode](q, v, torque, p)[0]
+    return ca.Function("touchdown", [q, v, torque, p], [reset(q + delay * v, v + delay * acceleration, p)])
+
+
+def _make_symbols(robot: Robot) -> list[ca.MX]:
+    sizes = {"q": robot.n_q, "v": robot.n_q, "torque": robot.n_u, "p": len(robot.parameters)}
+    return [ca.MX.sym(name, size) for name, size in sizes.items()]

@@ -1,0 +1,75 @@
+"""Start and end of a command: no import of the validation library of Typer, no search for unreachable objects."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from gaitopt import __main__
+from gaitopt.cli.command import Command
+
+COMMAND = """
+import sys
+from gaitopt.cli.app import main
+try:
+    main(["stability", sys.argv[1], "--set", "friction=nothing"])
+finally:
+    print("pydantic" in sys.modules)
+"""
+
+
+@pytest.fixture
+def received():
+    """Return a function that runs a command on some words and returns the values it receives, or its exit status."""
+    app, values = typer.Typer(), []
+
+    @app.command(cls=Command)
+    def command(file: Path, other: Path | None = None, text: list[str] | None = None, number: int = 3):
+        values.append((file, other, text, number))
+
+    def run(*words):
+        result = CliRunner().invoke(app, list(words))
+        return values.pop() if result.exit_code == 0 else result.exit_code
+
+    return run
+
+
+def test_a_command_does_not_import_the_validation_library():
+    script = Path(__file__).parents[2] / "problems/compass_passive.py"
+    run = subprocess.run([sys.executable, "-c", COMMAND, script], capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert "friction" in run.stderr
+    assert run.stdout.splitlines()[-1] == "False"
+
+
+def test_texts_and_paths_are_converted(received):
+    assert received("a.h5") == (Path("a.h5"), None, None, 3)
+    words = ("a.h5", "--other", "b.h5", "--text", "x=1", "--text", "y=2")
+    assert received(*words) == (Path("a.h5"), Path("b.h5"), ["x=1", "y=2"], 3)
+
+
+def test_other_values_are_validated_by_typer(received):
+    assert received("a.h5", "--number", "5") == (Path("a.h5"), None, None, 5)
+    assert received("a.h5", "--number", "five") == 2
+    assert received() == 2
+
+
+def test_an_unreadable_file_is_refused(received, tmp_path, monkeypatch):
+    file = tmp_path / "a.h5"
+    file.touch()
+    assert received(str(file))[0] == file
+    monkeypatch.setattr("os.access", lambda path, mode: mode == os.F_OK)
+    assert received(str(file)) == 2
+
+
+def test_a_command_ends_without_a_search_for_unreachable_objects(monkeypatch):
+    freezes = []
+    monkeypatch.setattr("gc.freeze", lambda: freezes.append(True))
+    monkeypatch.setattr("sys.argv", ["gaitopt", "--version"])
+    with pytest.raises(SystemExit):
+        __main__.main()
+    assert freezes

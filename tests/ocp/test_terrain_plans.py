@@ -1,0 +1,144 @@
+"""Plans of several steps on a terrain: footholds, energy, and replay on the same ground."""
+
+import numpy as np
+import pytest
+
+from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, ledger, solve
+from gaitopt.model import Terrain
+from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
+from gaitopt.ocp.multistep import multistep_solver
+from gaitopt.ocp.multistep.terrain_check import find_scuffs
+from gaitopt.plot.ground_line import find_profile
+from gaitopt.simulation import verify_steps
+
+WEIGHT = 10 * 9.8
+"""Of two legs of 4 kg and a hip of 2 kg [N]."""
+
+STEP = GaitProblem(
+    robot=compass_biped(),
+    sequence="stick | stick",
+    friction=0.5,
+    speed=0.6,
+    step_length=0.45,
+    limits=Limits(torque=30, longest_step=3),
+    objective="torque_squared",
+)
+
+
+@pytest.fixture(scope="module")
+def periodic():
+    return solve(STEP)
+
+
+def walk(periodic, terrain, sequences=("stick | stick",) * 3, **changes):
+    """Return the problem of some steps from the periodic gait back to it."""
+    free = STEP.replace(speed=None, step_length=None, guess=WarmStart(periodic))
+    state = state_after_touchdown(periodic)
+    steps = tuple(free.replace(sequence=sequence) for sequence in sequences)
+    return MultiStepProblem(steps=steps, terrain=terrain, **{"start": state, "end": state, **changes})
+
+
+def solve_and_replay(problem):
+    gait = verify_steps(solve_steps(problem))
+    assert gait.status.ok, gait.verification
+    assert gait.verification.state_error < 1e-6
+    assert gait.verification.energy_residual < 1e-9
+    return gait
+
+
+@pytest.fixture(scope="module")
+def down(periodic):
+    """Return a gait that steps down by 2 cm."""
+    return solve_and_replay(walk(periodic, Terrain(steps=[(0.7, -0.02)])))
+
+
+def test_level_terrain_is_the_plane(periodic):
+    level, plane = (solve_steps(walk(periodic, terrain)) for terrain in (Terrain(), None))
+    assert level.objective == pytest.approx(plane.objective, rel=1e-9)
+
+
+def test_energy_and_heights_of_a_step_down(down):
+    motion = down.motion
+    places = np.array([jump.q_next[:2] for jump in motion.jumps])
+    np.testing.assert_allclose(places[:, 1], [0, -0.02, -0.02], atol=1e-9)
+    assert places[0, 0] <= 0.65 < 0.75 <= places[1, 0]  # a foot keeps 5 cm from the edge
+    assert ledger(motion).gravity == pytest.approx(
+        WEIGHT * 0.02, rel=1e-8
+    )  # the same pose in the beginning and the end
+    assert motion.travel == pytest.approx(places[-1, 0])
+    stepwise = verify_steps(down, stepwise=True)
+    assert stepwise.verification.passed
+    assert 0 < stepwise.verification.state_error < 1e-9
+    stance = np.concatenate([segment.contact[1] for segment in motion.segments])
+    assert set(stance.round(9)) == {0.0, -0.02}
+
+
+@pytest.mark.slow
+def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
+    problem = walk(periodic, Terrain(steps=[(0.7, 0.015)]))
+    gait = solve_and_replay(problem)
+    assert not find_scuffs(problem, gait.motion)
+    monkeypatch.setattr(multistep_solver, "find_scuffs", lambda *_: {})
+    free = solve_steps(problem)
+    assert list(find_scuffs(problem, free.motion)) == [1]
+    assert free.objective < gait.objective
+
+
+@pytest.mark.slow
+def test_a_foot_slips_down_a_slippery_ramp(periodic, tmp_path):
+    terrain = Terrain(ramps=[(0.6, 1.4, -0.05)], patches=[(0.6, 1.1, 0.05)])
+    sequences = ("stick | stick",) * 2 + ("slip+ stick | slip+",) + ("stick | stick",) * 2
+    footholds = {2: (0.75, 0.9), 3: (1.15, 1.3), 4: (1.45, 2.0)}
+    gait = solve_and_replay(walk(periodic, terrain, sequences, footholds=footholds))
+    grounds = [(plan.parameters["friction"], plan.parameters["incline"]) for plan in gait.plans]
+    ramp = -np.arctan(0.05 / 0.8)
+    np.testing.assert_allclose(grounds, [(0.5, 0), (0.5, 0), (0.05, ramp), (0.5, ramp), (0.5, 0)], atol=1e-15)
+    slip = next(segment for segment in gait.motion.segments if segment.mode.slips)
+    np.testing.assert_allclose(slip.contact[1], -0.05 * (slip.contact[0] - 0.6) / 0.8, atol=1e-9)
+    assert np.ptp(slip.contact[0]) > 0.05
+
+    loaded = load_steps(save_steps(gait, tmp_path / "ramp.h5"))
+    assert loaded.problem.terrain == terrain
+    assert verify_steps(loaded).verification.passed
+    assert loaded.motion.terrain == terrain
+    steep = gait.problem.replace(terrain=Terrain(ramps=[(0.6, 1.4, -0.06)], patches=[(0.6, 1.1, 0.05)]))
+    assert not verify_steps(gait.replace_fields(problem=steep)).verification.passed
+
+
+def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
+    block = Terrain(steps=[(0.7, -0.02), (0.72, 0.05), (0.74, -0.05)])
+    places = {1: (0.3, 0.5), 2: (0.8, 1.2)}
+    verification = verify_steps(
+        down.replace_fields(problem=down.problem.replace(terrain=block, footholds=places))
+    ).verification
+    assert not verification.passed
+    assert "step 2 is up to" in verification.reasons[0]
+    assert "below the terrain" in verification.reasons[0]
+
+
+def test_the_profile_of_a_ramp_is_drawn():
+    profile = find_profile(Terrain(ramps=[(1.0, 2.0, 0.1)]), 0.5, 1.5)
+    np.testing.assert_allclose(profile, [[0.5, 1.0, 1.0, 1.5], [0, 0, 0, 0.05]], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"start": None, "end": None}, "does not repeat"),
+        ({"terrain": Terrain(steps=[(0.02, 0.1)])}, "Foothold 0 must be between 0 and 0 m"),
+        ({"footholds": {1: (0.69, 0.72)}}, "leaves no place"),
+        ({"footholds": {4: (0, 1)}}, r"one of \[1, 2, 3\]"),
+        ({"terrain": True}, "terrain must be a Terrain"),
+    ],
+)
+def test_problems_that_are_refused(down, changes, message):
+    with pytest.raises(InputError, match=message):
+        down.problem.replace(**changes)
+
+
+def test_steps_of_unknown_length_and_of_different_slopes_are_refused():
+    free = STEP.replace(step_length=None)
+    with pytest.raises(InputError, match=r"needs a step_length, a guess from a motion, or bounds"):
+        MultiStepProblem(steps=(free,), start={}, end={}, terrain=Terrain(steps=[(0.3, 0.01)]))
+    with pytest.raises(InputError, match="all steps need the same slope"):
+        MultiStepProblem(steps=(STEP, STEP.replace(slope=0.02)), start={}, end={})
