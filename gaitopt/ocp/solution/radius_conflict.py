@@ -20,7 +20,6 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.conflict_search import SAFETY_FACTOR, elastic_solver
 from gaitopt.ocp.solution.feasibility import ElasticProblem
-from gaitopt.ocp.solution.infeasibility import limit_refinement
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
@@ -130,7 +129,7 @@ def _relax_with_bound(
     )
     if separable:
         return separable
-    known = (_solve_without(problem, each, guesses[0], limit_refinement(solver), observer) for each in conflicts)
+    known = (_solve_without(problem, each, guesses[0], solver, observer) for each in conflicts)
     return tuple(conflict for conflict in known if conflict is not None) or joint or conflicts
 
 
