@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 def is_multistep_problem(problem: object) -> bool:
     """Return whether a script has returned a problem of several steps."""
+    from gaitopt.ocp.problem import GaitProblem
+
+    if isinstance(problem, GaitProblem):
+        return False
     from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 
     return isinstance(problem, MultiStepProblem)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 
 import pytest
 import xarray as xr
@@ -179,3 +180,13 @@ def test_temporary_files_of_a_killed_writer_are_removed(tmp_path):
     with lock_study(tmp_path / "front.nc"):
         assert not any(file.exists() for file in abandoned)
     assert all(file.exists() for file in others)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows removes no folder of another process")
+def test_folders_of_workers_of_a_killed_process_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    folder = tmp_path / "gaitopt-a1b2c3d4"
+    folder.mkdir()
+    (folder / "owner.lock").touch()
+    with lock_study(tmp_path / "front.nc"):
+        assert not folder.exists()

@@ -13,7 +13,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 
-def locate_end_of_slip(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
+def predict_phase_end(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
     """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends when its speed is zero.
 
     During the delay of the end of a slip the rates change by the accelerations of the slip instead of those of the
@@ -37,7 +37,7 @@ def locate_end_of_slip(dynamics: PhaseDynamics, state: Array, torque: Array, p: 
     return np.concatenate([q.ravel()[ANGLES], end[ANGLES]])
 
 
-def locate_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, outcome: Mode) -> Array:
+def predict_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, outcome: Mode) -> Array:
     """Return angles and all rates after the touchdown of a motion that nearly touches down, (n_angles + n_q,).
 
     Parameters
@@ -60,10 +60,10 @@ def locate_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: Ar
 def _build_end_of_slip(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
     """Return (q, v, torque, p) -> rates, with those of the angles at the planned end of a slip."""
     q, v, torque, p = _make_symbols(robot)
-    others = np.ones(robot.n_q)
-    others[SLIDE] = 0.0
+    at_rest = ca.MX(v)
+    at_rest[SLIDE] = 0
     during = robot.acceleration[mode](q, v, torque, p)[0]
-    after = robot.acceleration[following](q, v * others, torque, p)[0]
+    after = robot.acceleration[following](q, at_rest, torque, p)[0]
     delay = -v[SLIDE] / during[SLIDE]
     return ca.Function("end_of_slip", [q, v, torque, p], [v + (during - after) * delay])
 

@@ -16,7 +16,7 @@ from gaitopt.motion.sampling import SegmentSamples, TouchdownState, make_jump, m
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution import runge_kutta
-from gaitopt.ocp.solution.touchdown_error import locate_end_of_slip, locate_touchdown
+from gaitopt.ocp.solution.touchdown_error import predict_phase_end, predict_touchdown
 from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
@@ -165,11 +165,11 @@ def check_between_nodes(
         last = dynamics, ends[:, -1], fine[:, -1], p
         if phase is not transcription.phases[-1]:
             # The slide of the foot starts from zero in each phase.
-            reached = locate_end_of_slip(*last, transcription.phases[phase.number + 1].mode)
+            reached = predict_phase_end(*last, transcription.phases[phase.number + 1].mode)
             if phase.mode.slips:
                 reached[::2] += deviation
                 reached[1::2] -= deviation
-    after = locate_touchdown(*last, transcription.structure.sequence.impact)
+    after = predict_touchdown(*last, transcription.structure.sequence.impact)
     return BetweenNodes(drift, outside, reserve, worst(np.abs(after - _first_state(transcription, x))))
 
 

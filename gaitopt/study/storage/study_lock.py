@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from gaitopt.errors import ArchiveError
+from gaitopt.parallel.payload_folder import remove_abandoned_folders
 
 SUFFIX = ".lock"
 
@@ -55,6 +56,7 @@ def lock_study(path: Path) -> Iterator[None]:
             os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
         with contextlib.suppress(OSError):  # a file that vanishes, or belongs to another user
             remove_abandoned_files(target)
+            remove_abandoned_folders()  # a study that only lacks its file starts no workers
         yield
     finally:
         if os.name == "posix":
