@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.output import out
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import GAIT_SUFFIXES
 from gaitopt.motion.planar_gait import AnyGait
-from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
+
+if TYPE_CHECKING:
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ def is_gait_file(path: Path) -> bool:
     return path.suffix.lower() in GAIT_SUFFIXES
 
 
-def read_failed_problem(path: Path, settings: Sequence[str] | None) -> tuple[GaitProblem | PlanarProblem, Any]:
+def read_failed_problem(path: Path, settings: Sequence[str] | None) -> "tuple[GaitProblem | PlanarProblem, Any]":
     """Return the problem in the file of a failed solve, and the record of its script.
 
     Raises
@@ -55,7 +57,7 @@ def read_failed_problem(path: Path, settings: Sequence[str] | None) -> tuple[Gai
     return restore_problem(gait), gait.problem.get("script")
 
 
-def write_failure(gait: AnyGait, problem: GaitProblem | PlanarProblem, path: Path) -> FailureFile:
+def write_failure(gait: AnyGait, problem: "GaitProblem | PlanarProblem", path: Path) -> FailureFile:
     """Write a gait that is not a solution, with the definition of its problem."""
     from gaitopt.motion.archive import save
     from gaitopt.ocp.problem_definition import KEY, REASON, record_definition

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.failed_solve import is_gait_file
 from gaitopt.errors import InputError
-from gaitopt.motion.motion_fit import MotionFit
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
-from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
+    from gaitopt.motion.motion_fit import MotionFit
     from gaitopt.ocp.multicontact.planar_guess import PlanarGuess
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.statement.initial_guess import Guess
 
 
 def start_from_file(
-    problem: GaitProblem | PlanarProblem, file: Path | None, columns: Sequence[str] | None, angle_unit: str | None
-) -> tuple[Any, MotionFit | None]:
+    problem: "GaitProblem | PlanarProblem", file: Path | None, columns: Sequence[str] | None, angle_unit: str | None
+) -> "tuple[Any, MotionFit | None]":
     """Return a problem that starts from the motion in a file, and the report on its fit if it was recorded.
 
     Parameters
@@ -53,16 +53,16 @@ def start_from_file(
     motion = read_motion(
         file, problem.robot, parameters=problem.values, angle_unit=angle_unit, columns=_read_columns(columns)
     )
-    if isinstance(problem, PlanarProblem):
+    if not isinstance(problem, GaitProblem):
         return problem.replace(guess=PlanarKeyframes(motion.time.tolist(), motion.coordinates)), motion.fit
     return problem.replace(guess=FromMotion(motion.motion, label=f"recorded motion {file.name}")), motion.fit
 
 
-def _guess_of_gait(problem: GaitProblem | PlanarProblem, gait: AnyGait, file: Path) -> "Guess | PlanarGuess":
+def _guess_of_gait(problem: "GaitProblem | PlanarProblem", gait: AnyGait, file: Path) -> "Guess | PlanarGuess":
     from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
     from gaitopt.ocp.statement.warm_start import WarmStart
 
-    if isinstance(problem, PlanarProblem) and isinstance(gait, PlanarGait):
+    if not isinstance(problem, GaitProblem) and isinstance(gait, PlanarGait):
         return FromPlanarGait(gait)
     if isinstance(problem, GaitProblem) and not isinstance(gait, PlanarGait):
         return WarmStart(gait, label=f"gait {file.name}")

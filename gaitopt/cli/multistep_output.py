@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 def is_multistep_problem(problem: object) -> bool:
     """Return whether a script has returned a problem of several steps."""
+    from gaitopt.ocp.problem import GaitProblem
+
+    if isinstance(problem, GaitProblem):
+        return False
     from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 
     return isinstance(problem, MultiStepProblem)
@@ -99,11 +103,21 @@ def print_multistep(gait: "MultiStepGait") -> None:
     out.print(f"{gait.problem.name}: {gait.status.key}, {gait.message}, {gait.iterations} iterations")
     out.print(f"objective: {gait.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("step", "sequence", "friction", "slope [rad]", "length [m]", "duration [s]", "objective"):
+    columns = {
+        "friction": "friction",
+        "slope [rad]": "slope",
+        "rise [m]": "rise",
+        "length [m]": "step_length",
+        "duration [s]": "duration",
+        "objective": "objective",
+    }
+    if gait.problem.terrain is None:
+        del columns["rise [m]"]
+    for column in ("step", "sequence", *columns):
         table.add_column(column, no_wrap=True)
     for number, facts in enumerate(gait.summarise()["steps"]):
-        names = ("friction", "slope", "step_length", "duration", "objective")
-        table.add_row(str(number), facts["sequence"], *(f"{float(facts[name]):.4g}" for name in names))
+        numbers = (f"{float(facts[name]):.4g}" for name in columns.values())
+        table.add_row(str(number), facts["sequence"], *numbers)
     out.print(table)
     replay = gait.verification
     if replay is not None:

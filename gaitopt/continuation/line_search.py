@@ -17,8 +17,8 @@ REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)
 """Distances from the predicted point at which a search along the line begins, relative to the step, in order."""
 BEND, LEAST_REACH = 4.0, 1e-3
 """The first search begins at `BEND` times the distance of the last point from its prediction, relative to the step."""
-LONGEST_STEP = 0.2
-"""Longest step along a line, relative to the distance to which the length of the search is proportional."""
+LONGEST_STEP = 0.1
+"""Longest step of a search, relative to the length of its line."""
 NOT_FOUND = "no such point found beyond"
 
 
@@ -115,7 +115,7 @@ class LineSearch:
         arclength = attrs.evolve(
             arclength,
             first_step=min(arclength.first_step, 2 * reach / family.value_scale),
-            longest_step=max(arclength.longest_step, LONGEST_STEP),
+            longest_step=max(arclength.longest_step, LONGEST_STEP * (ends[1] - ends[0]) / family.value_scale),
         )
         stepper = Stepper(family, arclength, self.options.checkpoint)
         start = stepper.initialise(near, ends[0], 1.0)

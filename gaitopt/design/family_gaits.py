@@ -52,8 +52,8 @@ class FamilyGaits:
     solve_seconds: float
 
     def __repr__(self) -> str:
-        design = ", ".join(f"{name}={value:.6g}" for name, value in self.design.items())
-        return f"FamilyGaits({len(self.gaits)} gaits, {design}, objective {self.objective:.6g}, {self.status.key})"
+        design = "".join(f"{name}={value:.6g}, " for name, value in self.design.items())
+        return f"FamilyGaits({len(self.gaits)} gaits, {design}objective {self.objective:.6g}, {self.status.key})"
 
     @property
     def costs(self) -> tuple[float, ...]:

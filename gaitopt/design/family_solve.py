@@ -244,7 +244,11 @@ def _solve_jointly(
     nlp, limits = join_nlps(layout), _join_bounds(layout, members)
     outcome = solver.minimise(nlp, x, data, limits, observer, multipliers, barrier)
     if outcome.status.ok:
-        outcome = refine_feasibility(nlp, outcome, data, limits)
+        at = slice(layout.n_shared)
+        x = np.concatenate(
+            [np.clip(outcome.x[at], limits.x_lower[at], limits.x_upper[at]), outcome.x[layout.n_shared :]]
+        )
+        outcome = refine_feasibility(nlp, replace(outcome, x=x), data, limits)
     results = [
         member.read(_part(layout, outcome, i, weights[i]), gait)
         for i, (member, gait) in enumerate(zip(members, gaits, strict=True))

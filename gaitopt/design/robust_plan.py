@@ -43,7 +43,7 @@ class RobustPlan:
         The optimum without scenarios.
     nominal_law : Law
         The law tuned for the nominal optimum.
-    chosen : tuple of Scenario
+    selected : tuple of Scenario
         Scenarios that were added, the most violated one in each round.
     violated : Walk or None
         The worst walk among the candidates that is not survived; None if the plan is robust.
@@ -52,7 +52,7 @@ class RobustPlan:
     --------
     Created by :func:`gaitopt.design.solve_scenarios`:
 
-    >>> "chosen" in RobustPlan.__dataclass_fields__
+    >>> "selected" in RobustPlan.__dataclass_fields__
     True
     """
 
@@ -61,12 +61,12 @@ class RobustPlan:
     gains: dict[str, float]
     nominal: Gait
     nominal_law: Law = field(repr=False)
-    chosen: tuple[Scenario, ...]
+    selected: tuple[Scenario, ...]
     violated: Walk | None
 
     def __repr__(self) -> str:
         robust = "robust" if self.robust else f"not robust: {self.violated!r}"
-        return f"RobustPlan({self.gait!r}, {len(self.chosen)} scenarios added, {robust}, premium {self.premium:.3g})"
+        return f"RobustPlan({self.gait!r}, {len(self.selected)} scenarios, {robust}, {self.additional_cost:+.1%} cost)"
 
     @property
     def robust(self) -> bool:
@@ -74,7 +74,7 @@ class RobustPlan:
         return self.violated is None
 
     @property
-    def premium(self) -> float:
+    def additional_cost(self) -> float:
         """Objective of the plan relative to that of the nominal optimum, minus 1."""
         return self.gait.solver.objective / self.nominal.solver.objective - 1
 
@@ -91,8 +91,8 @@ def solve_scenarios(
 ) -> RobustPlan:
     """Find one gait and one law for all scenarios, by adding the most violated scenario until all are survived.
 
-    In each round the gait is planned for the lowest friction of the chosen scenarios, other parameters being those of
-    the problem, and the gains of the law are tuned for the worst of the chosen scenarios.  The law does
+    In each round the gait is planned for the lowest friction of the selected scenarios, other parameters being those of
+    the problem, and the gains of the law are tuned for the worst of the selected scenarios.  The law does
     not know the scenario.
 
     Parameters
@@ -126,7 +126,7 @@ def solve_scenarios(
     ...     limits=Limits(torque=6), objective="torque_squared")
     >>> quick = GainSearchOptions(samples=0, starts=1, evaluations=1)
     >>> plan = solve_scenarios(problem, Scenarios(ranges={"friction": (0.18, 0.2)}, values=2), search=quick)
-    >>> plan.robust, plan.premium >= 0
+    >>> plan.robust, plan.additional_cost >= 0
     (True, True)
     """
     check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
@@ -136,22 +136,22 @@ def solve_scenarios(
     limit = _default_limit(problem) if torque_limit is None else torque_limit
     gait = _plan(problem, [], None)
     tuned, tuning_law = _tune(gait, [], law, limit, search)
-    nominal, nominal_law, chosen = gait, tuning_law, list[Scenario]()
+    nominal, nominal_law, selected = gait, tuning_law, list[Scenario]()
     for _ in range(MOST_ROUNDS + 1):
         walker = ScenarioSimulator(gait, tuning_law, scenarios, default_engine(tuning_law, gait.robot), scenarios.seed)
         violated = worst_walk(walk_scenarios(walker, scenarios.candidates(), execution), scenarios.tolerance)
-        if violated is None or violated.scenario in chosen or len(chosen) == MOST_ROUNDS:
+        if violated is None or violated.scenario in selected or len(selected) == MOST_ROUNDS:
             break
-        chosen.append(violated.scenario)
-        gait = _plan(problem, chosen, gait)
-        tuned, tuning_law = _tune(gait, chosen, law, limit, search)
+        selected.append(violated.scenario)
+        gait = _plan(problem, selected, gait)
+        tuned, tuning_law = _tune(gait, selected, law, limit, search)
     return RobustPlan(
         gait=gait,
         law=tuning_law,
         gains=tuned.gains,
         nominal=nominal,
         nominal_law=nominal_law,
-        chosen=tuple(chosen),
+        selected=tuple(selected),
         violated=violated,
     )
 
@@ -163,9 +163,9 @@ def _default_limit(problem: GaitProblem) -> dict[str, float]:
     }
 
 
-def _plan(problem: GaitProblem, chosen: list[Scenario], before: Gait | None) -> Gait:
+def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -> Gait:
     """Return the verified gait for the lowest friction of some scenarios; InputError if there is none."""
-    frictions = [scenario.parameters.get("friction", problem.friction) for scenario in chosen]
+    frictions = [scenario.parameters.get("friction", problem.friction) for scenario in selected]
     lowest = min([problem.friction, *frictions])
     stated = problem.replace(friction=lowest)
     if before is not None and lowest == before.motion.parameters["friction"]:
@@ -180,11 +180,11 @@ def _plan(problem: GaitProblem, chosen: list[Scenario], before: Gait | None) -> 
 
 
 def _tune(
-    gait: Gait, chosen: list[Scenario], name: str, limit: TorqueLimit, search: GainSearchOptions
+    gait: Gait, selected: list[Scenario], name: str, limit: TorqueLimit, search: GainSearchOptions
 ) -> tuple[Tuning, Law]:
     """Return the law tuned for the worst of some scenarios; InputError if there is none."""
     family = controller_family_named(name, gait.robot, gait.motion, torque_limit=limit)
-    grounds = [scenario.parameters for scenario in chosen if scenario.parameters]
+    grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
     if tuned.law is None:
         raise InputError(f"No gains of the family {name!r} give a law for the gait.")

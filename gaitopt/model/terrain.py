@@ -192,9 +192,16 @@ def _check_order(name: str, names: str, bands: Sequence[tuple[float, float, floa
 def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
     """Return rows of numbers as tuples of floats."""
     try:
-        numbers = [tuple(float(value) for value in row) for row in rows]  # type: ignore[attr-defined]
+        numbers = [tuple(_number(value) for value in row) for row in rows]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
         numbers = None
     if numbers is None or any(len(row) != size or not all(map(math.isfinite, row[:2])) for row in numbers):
         raise InputError(f"Terrain.{name} must be a sequence of {form} in m, with finite places, got {rows!r}.")
     return numbers
+
+
+def _number(value: object) -> float:
+    """Return a number as a float; ValueError for a text or a truth value."""
+    if isinstance(value, bool | str):
+        raise ValueError
+    return float(value)  # type: ignore[arg-type]

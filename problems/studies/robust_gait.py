@@ -39,7 +39,7 @@ def study(lower=0.1, upper=0.2, push=0.1, count=100, evaluations=30, workers=1):
         f"up to {push:g} rad/s are survived."
         for name, test in tests.items()
     ]
-    remarks.append(f"The cost of transport of the robust gait is {100 * plan.premium:.1f} % higher.")
+    remarks.append(f"The cost of transport of the robust gait is {100 * plan.additional_cost:.1f} % higher.")
     lowest = solve(problem.replace(friction=lower)).solver.objective
     number = PublishedValue(
         "cost of transport of the robust gait",

@@ -12,13 +12,14 @@ from typer.testing import CliRunner
 from gaitopt import __main__
 from gaitopt.cli.command import Command
 
+PROBLEMS = Path(__file__).parents[2] / "problems"
 COMMAND = """
 import sys
 from gaitopt.cli.app import main
 try:
-    main(["stability", sys.argv[1], "--set", "friction=nothing"])
+    main([*sys.argv[1:], "--set", "friction=nothing"])
 finally:
-    print("pydantic" in sys.modules)
+    print(*sys.modules)
 """
 
 
@@ -38,12 +39,19 @@ def received():
     return run
 
 
-def test_a_command_does_not_import_the_validation_library():
-    script = Path(__file__).parents[2] / "problems/compass_passive.py"
-    run = subprocess.run([sys.executable, "-c", COMMAND, script], capture_output=True, text=True, check=False)
+@pytest.mark.parametrize(
+    ("command", "script", "refused"),
+    [
+        ("solve", "compass_slip.py", {"pydantic", "gaitopt.ocp.multicontact.planar_problem"}),
+        ("stability", "compass_passive.py", {"pydantic"}),
+    ],
+)
+def test_a_command_imports_neither_the_validation_library_nor_problems_of_other_robots(command, script, refused):
+    words = [sys.executable, "-c", COMMAND, command, PROBLEMS / script]
+    run = subprocess.run(words, capture_output=True, text=True, check=False)
     assert run.returncode == 2
     assert "friction" in run.stderr
-    assert run.stdout.splitlines()[-1] == "False"
+    assert not refused & {*run.stdout.splitlines()[-1].split()}
 
 
 def test_texts_and_paths_are_converted(received):

@@ -32,10 +32,10 @@ def plan():
 @pytest.mark.slow
 def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
     assert plan.robust
-    assert [scenario.parameters for scenario in plan.chosen] == [{"friction": 0.1}]
+    assert [scenario.parameters for scenario in plan.selected] == [{"friction": 0.1}]
     assert plan.gait.motion.parameters["friction"] == 0.1
-    assert plan.premium == pytest.approx(plan.gait.solver.objective / plan.nominal.solver.objective - 1)
-    assert plan.premium > 0
+    assert plan.additional_cost == pytest.approx(plan.gait.solver.objective / plan.nominal.solver.objective - 1)
+    assert plan.additional_cost > 0
 
 
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
@@ -67,7 +67,7 @@ def test_a_mass_that_differs_from_the_plan_is_tuned_for():
     scenarios = Scenarios(ranges=ranges, tolerance=0.05, values=2)
     plan = solve_scenarios(problem(friction=0.3), scenarios, search=QUICK)
     assert plan.robust
-    assert plan.premium == pytest.approx(0, abs=1e-6)
+    assert plan.additional_cost == pytest.approx(0, abs=1e-6)
     assert check_scenarios(plan.gait, plan.law, scenarios, count=4).survived == 4
 
 

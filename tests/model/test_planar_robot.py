@@ -124,6 +124,15 @@ def test_stops_released_by_the_wrong_contact_are_a_fault():
     assert any("not released by exchanged contacts" in fault for fault in check_planar(robot).faults)
 
 
+def test_a_contact_that_never_closes_is_a_fault():
+    c = PlanarCoordinates(("x", "y"), [GRAVITY])
+    place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    contacts = {"sole": PointContact(place), "tip": PointContact(place, armed=ca.SX(-1.0))}
+    robot = assemble_planar("ball", c, bodies=[PointMass(1.0, place)], contacts=contacts)
+    (fault,) = check_planar(robot).faults
+    assert "contact 'tip' never closes, because `armed` is -1 in every state" in fault
+
+
 def test_a_massless_link_is_a_fault():
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
     hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))

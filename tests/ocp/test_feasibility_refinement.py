@@ -1,7 +1,5 @@
 """A solution's equations are met to rounding, by the least change."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from gaitopt import Ipopt, WarmStart, solve
@@ -34,13 +32,3 @@ def test_what_rests_on_a_bound_stays_there(reference_problem):
     limits = bounds(step.transcription, step.problem)
     assert limits.x_lower[travel] == limits.x_upper[travel]
     assert step.refine_feasibility().outcome.x[travel] == step.outcome.x[travel]
-
-
-def test_unknowns_beyond_their_bounds_are_placed_on_them(reference_problem):
-    step = rough(reference_problem())
-    number = np.flatnonzero(
-        np.isfinite(step.limits.x_upper) & (np.ptp([step.limits.x_lower, step.limits.x_upper], axis=0) > 0)
-    )[0]
-    outside = replace(step.outcome, x=step.outcome.x.copy())
-    outside.x[number] = step.limits.x_upper[number] + 1e-8
-    assert replace(step, outcome=outside).refine_feasibility().outcome.x[number] == step.limits.x_upper[number]

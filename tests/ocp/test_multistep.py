@@ -1,10 +1,13 @@
 """Gaits of several steps: start from rest, a slippery patch, period two, each verified by replay."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, solve
+from gaitopt import GaitProblem, InputError, Limits, Status, WarmStart, compass_biped, solve
 from gaitopt.ocp import MultiStepProblem, TorqueSquared, load_steps, save_steps, solve_steps, state_after_touchdown
+from gaitopt.ocp.multistep.multistep_solver import _gait
 from gaitopt.simulation import verify_steps
 
 REST = {"th1_rate": 0.0, "th2_rate": 0.0}
@@ -139,3 +142,23 @@ def test_steps_of_different_robots_are_refused():
         MultiStepProblem(steps=(step(), step(parameters={"hip_mass": 3.0})))
     with pytest.raises(InputError, match="MultiStepProblem"):
         solve_steps(step())
+
+
+@pytest.mark.parametrize(("finer_error", "finer_status"), [(1e-3, Status.SOLVED), (1e-9, Status.FAILED)])
+def test_a_finer_grid_that_is_less_accurate_or_fails_leaves_the_coarser_solution(
+    monkeypatch, finer_error, finer_status
+):
+    results = iter([(1e-6, Status.SOLVED), (finer_error, finer_status)])
+    made = []
+
+    def make_gait(*arguments):
+        error, status = next(results)
+        made.append(replace(_gait(*arguments), error_between_nodes=error, status=status))
+        return made[-1]
+
+    monkeypatch.setattr("gaitopt.ocp.multistep.multistep_solver._gait", make_gait)
+    gait = solve_steps(MultiStepProblem(steps=(step(),)))
+    assert len(made) == 2
+    assert (gait.status, gait.error_between_nodes) == (Status.SOLVED, 1e-6)
+    assert gait.plans is made[0].plans
+    assert gait.iterations == made[1].iterations

@@ -1,9 +1,12 @@
 """Plans of several steps on a terrain: footholds, energy, and replay on the same ground."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, ledger, solve
+from gaitopt.cli.script import load_script
 from gaitopt.model import Terrain
 from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.ocp.multistep import multistep_solver
@@ -73,6 +76,14 @@ def test_energy_and_heights_of_a_step_down(down):
     assert set(stance.round(9)) == {0.0, -0.02}
 
 
+def test_the_start_pose_has_both_feet_on_the_same_piece(periodic):
+    problem = walk(periodic, Terrain(steps=[(0.3, -0.02)]), ("stick | stick",), end={})
+    gait = solve_and_replay(problem)
+    np.testing.assert_allclose(
+        gait.plans[0].segments[0].q[2:, 0], [problem.start["th1"], problem.start["th2"]], atol=1e-8
+    )
+
+
 @pytest.mark.slow
 def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
     problem = walk(periodic, Terrain(steps=[(0.7, 0.015)]))
@@ -82,6 +93,30 @@ def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
     free = solve_steps(problem)
     assert list(find_scuffs(problem, free.motion)) == [1]
     assert free.objective < gait.objective
+
+
+@pytest.mark.slow
+def test_a_walker_with_knees_steps_up_with_clearance():
+    script = load_script(Path(__file__).parents[2] / "problems" / "five_link.py")
+    step = script(intervals=40, sequence="stick | stick", friction=0.8)
+    periodic = solve(step)
+    free = step.replace(speed=None, step_length=None, guess=WarmStart(periodic))
+    problem = MultiStepProblem(
+        steps=(free, free),
+        start=state_after_touchdown(periodic),
+        end={},
+        terrain=Terrain(steps=[(0.6, 0.01)]),
+        footholds={1: (0.3, 0.48), 2: (0.7, 0.9)},
+    )
+    gait = verify_steps(solve_steps(problem), stepwise=True)  # errors grow by a factor of 50 000 in a step
+    assert gait.verification.passed
+    assert gait.verification.state_error < 1e-5
+    segment = gait.motion.segments[1]
+    p = problem.robot.vector(gait.plans[1].parameters)
+    feet = np.asarray(problem.robot.landing.map(segment.time.size)(segment.q, 0, p)[0])
+    stance = segment.q[0, 0]
+    beside = np.abs(feet[0] - stance) < 0.02
+    assert feet[1, beside].min() > 0.9 * step.limits.clearance
 
 
 @pytest.mark.slow

@@ -115,7 +115,7 @@ def check_planar(
             )
         )
     worst = np.max(np.array(rows), axis=0).tolist()
-    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot))
+    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot), *_arming_faults(robot, p))
     least, energy, contacts, travel, mirror = worst
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
 
@@ -189,6 +189,19 @@ def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
                 "released by exchanged contacts."
             )
     return tuple(faults)
+
+
+def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
+    """Return the contacts that never close, because their condition is a number that is not positive."""
+    rng = np.random.default_rng(0)
+    states = rng.normal(size=(2, robot.n_q, 8))
+    values = _evaluate(robot.arming.map(8), *states, np.tile(p[:, None], 8))[0]
+    return tuple(
+        f"Robot {robot.name!r}: contact {name!r} never closes, because `armed` is {row[0]:g} in every state; "
+        "it must be positive where the contact may close."
+        for name, row in zip(robot.contact_names, values, strict=True)
+        if np.all(row == row[0]) and row[0] <= 0
+    )
 
 
 def _energy_error(robot: PlanarRobot, q: Vector, v: Vector, u: Vector, p: Vector) -> float:

@@ -15,7 +15,7 @@ from gaitopt.ocp.multicontact.planar_start import setting_of
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit
+from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit, list_duration_limits
 
 CONES = (Kind.CONE_FORWARD, Kind.CONE_BACKWARD, Kind.LIFT_OFF_FORWARD, Kind.LIFT_OFF_BACKWARD)
 IMPACT_CONES = (Kind.IMPACT_CONE_FORWARD, Kind.IMPACT_CONE_BACKWARD)
@@ -154,22 +154,9 @@ def _geometry(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
 
 def _durations(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:
     """Return the limits of durations."""
-    phases = (False, transcription.variables.find(Kind.DURATION), 1.0)
-    step = (True, transcription.constraints.find(Kind.STEP_DURATION), 1.0)
-    for name, setting, side, quantities in (
-        ("shortest duration of a phase", "shortest_phase", "lower", (phases,)),
-        ("longest duration of the step", "longest_step", "upper", (phases, step)),
-    ):
-        yield RelaxableLimit(
-            name=name,
-            setting=f"PlanarLimits.{setting}",
-            value=getattr(problem.limits, setting),
-            unit="s",
-            size=PlanarUnits.of(problem).time,
-            quantities=quantities,
-            sides=side,
-            is_least=side == "lower",
-        )
+    limits, size = problem.limits, PlanarUnits.of(problem).time
+    layouts = transcription.variables, transcription.constraints
+    return list_duration_limits(layouts, limits.shortest_phase, limits.longest_step, size, "PlanarLimits")
 
 
 def _targets(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:

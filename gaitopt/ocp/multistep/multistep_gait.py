@@ -1,5 +1,6 @@
 """MultiStepGait: an optimised gait of several steps, and the motion of its steps one after the other."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -8,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.model.coordinate_entries import CONTACT
+from gaitopt.model.coordinate_entries import CONTACT, GAP
 from gaitopt.model.terrain import Terrain
-from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE
+from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE
 from gaitopt.motion.gait import Verification
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.summary import plain
@@ -89,15 +90,22 @@ class MultiStepGait:
                         "slope": plan.parameters["slope"],
                         "step_length": plan.travel,
                         "duration": plan.period,
-                        **({} if self.problem.terrain is None else {"rise": plan.parameters[RISE]}),
+                        **rise,
                         "objective": step.objective.evaluate(plan),
                     }
-                    for step, plan in zip(self.problem.resolved_steps, self.plans, strict=True)
+                    for step, plan, rise in zip(self.problem.resolved_steps, self.plans, self._rises(), strict=True)
                 ],
                 "verification": self.verification and asdict(self.verification),
             }
         )
         return facts
+
+    def _rises(self) -> list[dict[str, float]]:
+        """Return the height gained by the feet in each step on a terrain [m]; nothing on a plane."""
+        if self.problem.terrain is None:
+            return [{} for _ in self.plans]
+        heights = [self.problem.terrain.height(0.0), *(float(jump.q_next[GAP]) for jump in self.motion.jumps)]
+        return [{"rise": after - before} for before, after in itertools.pairwise(heights)]
 
     def replace_fields(self, **changes: Any) -> "MultiStepGait":
         """Return the gait with some fields changed."""
@@ -130,7 +138,9 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Te
             segments.append(_move_segment(segment, number, time - start, aside, stance))
         for jump in motion.jumps:
             jumps.append(_move_jump(jump, number, time - start, aside, (stance, landing)))
-            place = jumps[-1].q_next[CONTACT] * (1.0, terrain is not None)
+            place = jumps[-1].q_next[CONTACT].copy()
+            if terrain is None:
+                place[GAP] = 0.0
         time = float(segments[-1].time[-1])
     return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps), terrain=terrain)
 

@@ -40,8 +40,9 @@ def solve_steps(
     """Find an optimal gait of several steps.
 
     The intervals of all steps are doubled, at most twice, until the motion between the nodes agrees with them to the
-    tolerance of the transcription of the first step.  On a terrain, steps in which the swing foot is below the ground
-    are solved again with its height over the terrain constrained.
+    tolerance of the transcription of the first step; a less accurate solution of a finer grid is discarded.  On a
+    terrain, steps in which the swing foot is below the ground are solved again with its height over the terrain
+    constrained.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def solve_steps(
     solver = (solver or Ipopt()).start_clock()
     methods: list[Method] = [step.transcription for step in problem.resolved_steps]
     raised = _steps_with_clearance(problem)
-    gait = None
+    gait = kept = None
     iterations = doublings = 0
     while True:
         transcription = transcribe_steps(problem, tuple(methods), raised)
@@ -94,9 +95,12 @@ def solve_steps(
             raised |= scuffing
             continue
         finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
+        if kept is not None and not (gait.status.ok and gait.error_between_nodes < kept.error_between_nodes):
+            return replace(kept, iterations=iterations)  # the finer grid has no solution, or a less accurate one
         accurate = not scuffing and gait.error_between_nodes <= problem.steps[0].transcription.tolerance
         if not gait.status.ok or accurate or doublings == MOST_DOUBLINGS or None in finer:
             return gait
+        kept = None if scuffing else gait
         doublings += 1
         methods = [method for method in finer if method is not None]
 

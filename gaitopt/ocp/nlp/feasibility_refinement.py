@@ -28,8 +28,6 @@ NEGLIGIBLE = 1e-12
 def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds) -> NlpResult:
     """Return the solution with the least correction that satisfies its equality constraints; active bounds stay active.
 
-    Unknowns beyond their bounds, by which a solver exceeds them, are placed on the bounds.
-
     Parameters
     ----------
     nlp : Nlp
@@ -39,7 +37,7 @@ def refine_feasibility(nlp: Nlp, outcome: NlpResult, data: Array, bounds: Bounds
     bounds : Bounds
     """
     equal = bounds.g_lower == bounds.g_upper
-    best, x = math.inf, np.clip(outcome.x, bounds.x_lower, bounds.x_upper)
+    best, x = math.inf, outcome.x
     for _ in range(CORRECTIONS + 1):
         g, jacobian = nlp.derivatives["jac_g"](x, data)
         values = np.asarray(g).ravel()

@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.lazy import Deferred
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.nlp.nlp import Nlp
+from gaitopt.ocp.nlp.nlp import Nlp, make_derivatives
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
 SHARE_OF_SUM = 1e-4
@@ -158,17 +158,8 @@ class _JointAssembly:
         x, z, n, m = self.x, self.z, self.layout.n_variables, self.m
         g, jacobian = self.constraints.vector(m), self.jacobian.matrix((m, n))
         hessian = self.hessian.matrix((n, n))
-        derivatives = {
-            "grad_f": ca.Function("nlp_grad_f", [x, z], [self.cost, self.gradient], ["x", "p"], ["f", "grad:f:x"]),
-            "jac_g": ca.Function("nlp_jac_g", [x, z], [g, jacobian], ["x", "p"], ["g", "jac:g:x"]),
-            "hess_lag": ca.Function(
-                "nlp_hess_l",
-                [x, z, self.lam_f, self.lam_g],
-                [hessian],
-                ["x", "p", "lam:f", "lam:g"],
-                ["triu:hess:gamma:x:x"],
-            ),
-        }
+        inputs = x, z, self.lam_f, self.lam_g
+        derivatives = make_derivatives(inputs, (self.cost, self.gradient), (g, jacobian), hessian)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,

@@ -65,6 +65,33 @@ class Nlp:
         return ca.nlpsol(name, plugin, self.functions, {**fixed, **options})
 
 
+def make_derivatives(
+    inputs: tuple[ca.MX, ca.MX, ca.MX, ca.MX],
+    minimised: tuple[ca.MX, ca.MX],
+    constraints: tuple[ca.MX, ca.MX],
+    hessian: ca.MX,
+) -> dict[str, ca.Function]:
+    """Return the derivatives of an NLP as the Functions that its solvers accept.
+
+    Parameters
+    ----------
+    inputs : (x, z, lam_f, lam_g)
+        Unknowns, data, and the multipliers of the objective and of the constraints.
+    minimised : (f, gradient)
+    constraints : (g, jacobian)
+    hessian : MX
+        Upper triangle of the Hessian of the Lagrangian.
+    """
+    both, names = list(inputs[:2]), ["x", "p"]
+    return {
+        "grad_f": ca.Function("nlp_grad_f", both, list(minimised), names, ["f", "grad:f:x"]),
+        "jac_g": ca.Function("nlp_jac_g", both, list(constraints), names, ["g", "jac:g:x"]),
+        "hess_lag": ca.Function(
+            "nlp_hess_l", list(inputs), [hessian], [*names, "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
+        ),
+    }
+
+
 def assemble_nlp(
     blocks: Sequence[Block],
     data: ca.SX,
@@ -156,17 +183,7 @@ class _Assembly:
         g = self.constraints.vector(m)
         jac, hess = self.jacobian.matrix((m, n)), self.hessian.matrix((n, n))
         f = self.cost + self.penalty
-        derivatives = {
-            "grad_f": ca.Function("nlp_grad_f", [x, z], [f, self.gradient], ["x", "p"], ["f", "grad:f:x"]),
-            "jac_g": ca.Function("nlp_jac_g", [x, z], [g, jac], ["x", "p"], ["g", "jac:g:x"]),
-            "hess_lag": ca.Function(
-                "nlp_hess_l",
-                [x, z, self.lam_f, self.lam_g],
-                [hess],
-                ["x", "p", "lam:f", "lam:g"],
-                ["triu:hess:gamma:x:x"],
-            ),
-        }
+        derivatives = make_derivatives((x, z, self.lam_f, self.lam_g), (f, self.gradient), (g, jac), hess)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,

@@ -166,14 +166,16 @@ class GridSolution:
         outcome = refine_feasibility(self.transcription.nlp, self.outcome, self.data, self.limits)
         return replace(self, outcome=outcome)
 
-    def exceeds_parameter_bounds(self) -> bool:
-        """Return whether a free parameter is beyond its bounds, by the tolerance of a solver."""
-        layout = self.transcription.variables
+    def place_parameters_on_bounds(self) -> "GridSolution":
+        """Return the solution with free parameters on the bounds that they exceed by the tolerance of a solver."""
+        layout, x = self.transcription.variables, self.x.copy()
         if Unknown.DESIGN not in layout:
-            return False
+            return self
         places = layout[Unknown.DESIGN][:, 0]
-        values = self.x[places]
-        return bool(np.any((values < self.limits.x_lower[places]) | (values > self.limits.x_upper[places])))
+        x[places] = np.clip(x[places], self.limits.x_lower[places], self.limits.x_upper[places])
+        if np.array_equal(x, self.x):
+            return self
+        return replace(self, outcome=replace(self.outcome, x=x)).refine_feasibility()
 
     def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
         """Return the solution with the status of a refinement that was stopped without a result."""

@@ -145,7 +145,7 @@ class _Search:
         if self._unsolved:
             return self._report_failure()
         if not self._infeasible:
-            return self._conclude_without_result()
+            return self._conclude_with_fixed_parameters(isolate=isolate) or self._conclude_without_result()
         nearest, count = min(self._infeasible, key=self._elastic.excess), len(self._infeasible)
         if self._elastic.excess(nearest) < SMALL_EXCESS and len(self._grids) > 1:
             gait = self._try(self._fine_problem(), FromMotion(self._elastic.motion(nearest)))
@@ -225,6 +225,22 @@ class _Search:
                 return gait
             self._unsolved.append(gait)
         return None
+
+    def _conclude_with_fixed_parameters(self, *, isolate: bool) -> Gait | None:
+        """Return the conclusion with the free parameters at their start; what suffices then suffices in general."""
+        problem, failure = self._problem, self._failure
+        if not problem.free:
+            return None
+        fixed = problem.fix_parameters({name: problem.values[name] for name in problem.free})
+        search = _Search(fixed, failure, self._guesses, self._solver, self._observer, InaccuratePlans())
+        gait = search.run(isolate=isolate)
+        if gait.status.ok:
+            start = FromMotion(gait.motion, LABEL)
+            return solve_from_start(problem, start, self._solver, self._observer, None, self._plans)
+        if not gait.solver.conflicts:
+            return None
+        message = f"{gait.solver.message} with the free parameters at their start"
+        return failure.with_failure(Status.INFEASIBLE, message, gait.solver.conflicts, seconds=self._seconds())
 
     def _conclude_without_result(self) -> Gait:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""

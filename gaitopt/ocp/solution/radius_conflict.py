@@ -21,8 +21,9 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.conflict_search import SAFETY_FACTOR, elastic_solver
 from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
+from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
-from gaitopt.ocp.statement.warm_start import FromMotion
+from gaitopt.ocp.statement.warm_start import FromMotion, WarmStart
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -100,11 +101,14 @@ def _relax_with_bound(
     solver: NlpSolver,
     observer: Observer,
 ) -> tuple[Conflict, ...]:
-    """Return the limits that suffice alone if the bound is met, otherwise the first one together with the bound."""
+    """Return the limits that suffice alone if the bound is met, otherwise the first one together with the bound.
+
+    If no elastic solve finds such a limit, gaits without one of them are sought.
+    """
     limit = problem.stability.radius if problem.stability else math.inf
-    grid, solver = find_coarsest_grid(problem), elastic_solver(solver, len(problem.sequence.phases))
-    unbounded = ElasticProblem(problem.replace(stability=None), grid, solver, observer)
-    bounded = ElasticProblem(problem, grid, solver, observer)
+    grid, elastic = find_coarsest_grid(problem), elastic_solver(solver, len(problem.sequence.phases))
+    unbounded = ElasticProblem(problem.replace(stability=None), grid, elastic, observer)
+    bounded = ElasticProblem(problem, grid, elastic, observer)
     nearest = [result for guess in guesses if (result := _finish(unbounded.minimise_excess(guess))).status.ok]
     starts: dict[int, Array] = {}
     joint: tuple[Conflict, ...] = ()
@@ -123,7 +127,34 @@ def _relax_with_bound(
         for number, result in _relax_each(bounded, starts).items()
         if bounded.suffices(number, result)
     )
-    return separable or joint or conflicts
+    if separable:
+        return separable
+    known = (_solve_without(problem, each, guesses[0], solver, observer) for each in conflicts)
+    return tuple(conflict for conflict in known if conflict is not None) or joint or conflicts
+
+
+def _solve_without(
+    problem: GaitProblem, conflict: Conflict, guess: Guess, solver: NlpSolver, observer: Observer
+) -> Conflict | None:
+    """Return a conflict with the value of its limit in a gait without this limit; None if no such gait is found."""
+    limits, name = problem.limits, conflict.name.removeprefix("torque limit of ")
+    if conflict.setting in ("speed", "step_length"):
+        relaxed = problem.replace(**{conflict.setting: None})
+    elif conflict.setting == "Limits.torque":
+        torques = dict(zip(problem.robot.actuators, limits.torques(problem.robot.actuators), strict=True))
+        relaxed = problem.replace(limits=evolve(limits, torque={**torques, name: math.inf}))
+    else:
+        return None
+    gait = solve_from_start(relaxed.replace(stability=None), guess, solver, observer)
+    gait = solve_from_start(relaxed, WarmStart(gait), solver, observer) if gait.status.ok else gait
+    if not gait.status.ok:
+        return None
+    if conflict.setting == "Limits.torque":
+        row = problem.robot.actuators.index(name)
+        value = max(float(np.max(np.abs(segment.torque[row]))) for segment in gait.motion.segments)
+    else:
+        value = gait.speed if conflict.setting == "speed" else gait.step_length
+    return replace(conflict, missing=abs(value - conflict.limit), sufficient=value, separable=True)
 
 
 def _relax_each(bounded: ElasticProblem, starts: dict[int, Array]) -> dict[int, ElasticResult]:

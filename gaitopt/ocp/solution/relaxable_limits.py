@@ -10,7 +10,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.elastic import RelaxedSide
 from gaitopt.ocp.nlp.keys import Kind
-from gaitopt.ocp.nlp.layout import Index
+from gaitopt.ocp.nlp.layout import Index, Layout
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
@@ -59,6 +59,45 @@ def list_limits(transcription: Transcription, problem: GaitProblem) -> list[Rela
     """Return the limits of a problem and the conditions of its contact sequence that can be relaxed."""
     groups = (_actuation, _geometry, _durations, _targets, _contact, _conditions)
     return [limit for group in groups for limit in group(transcription, problem)]
+
+
+def list_duration_limits(
+    layouts: tuple[Layout, Layout], shortest: float, longest: float, size: float, options: str = "Limits"
+) -> Iterator[RelaxableLimit]:
+    """Return the limits of the durations of phases and step.
+
+    Parameters
+    ----------
+    layouts : (Layout, Layout)
+        Layouts of the unknowns and of the constraint rows.
+    shortest, longest : float [s]
+        Shortest phase and longest step.
+    size : float [s]
+        Typical duration.
+    options : str
+        Class of the limits in the problem.
+    """
+    phases = (False, layouts[0].find(Kind.DURATION), 1.0)
+    step = (True, layouts[1].find(Kind.STEP_DURATION), 1.0)
+    yield RelaxableLimit(
+        name="shortest duration of a phase",
+        setting=f"{options}.shortest_phase",
+        value=shortest,
+        unit="s",
+        size=size,
+        quantities=(phases,),
+        sides="lower",
+        is_least=True,
+    )
+    yield RelaxableLimit(
+        name="longest duration of the step",
+        setting=f"{options}.longest_step",
+        value=longest,
+        unit="s",
+        size=size,
+        quantities=(phases, step),
+        sides="upper",
+    )
 
 
 def relaxed_sides(limits: list[RelaxableLimit], bounds: Bounds) -> tuple[RelaxedSide, ...]:
@@ -180,28 +219,8 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
 
 def _durations(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:
     """Return the limits of durations."""
-    size, limits = _Units.of(problem).time, problem.limits
-    phases = (False, transcription.variables.find(Kind.DURATION), 1.0)
-    step = (True, transcription.constraints.find(Kind.STEP_DURATION), 1.0)
-    yield RelaxableLimit(
-        name="shortest duration of a phase",
-        setting="Limits.shortest_phase",
-        value=limits.shortest_phase,
-        unit="s",
-        size=size,
-        quantities=(phases,),
-        sides="lower",
-        is_least=True,
-    )
-    yield RelaxableLimit(
-        name="longest duration of the step",
-        setting="Limits.longest_step",
-        value=limits.longest_step,
-        unit="s",
-        size=size,
-        quantities=(phases, step),
-        sides="upper",
-    )
+    limits, layouts = problem.limits, (transcription.variables, transcription.constraints)
+    return list_duration_limits(layouts, limits.shortest_phase, limits.longest_step, _Units.of(problem).time)
 
 
 def _targets(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:

@@ -67,8 +67,8 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     """Return the gait of a start, whose solution on the coarsest grid may be known."""
     started, built, problem = time.perf_counter(), start.build_seconds, start.problem
     solution, remarks = _solve_accurately(start, coarsest)
-    if solution.outcome.status.ok and solution.exceeds_parameter_bounds():
-        solution = solution.refine_feasibility()
+    if solution.outcome.status.ok:
+        solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
     if not outcome.status.ok:
         remarks += report_poor_scaling(
