@@ -8,13 +8,14 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
+from gaitopt.model.contacts.transition import ContactQuantities
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
 
 def predict_phase_end(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
-    """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends when its speed is zero.
+    """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends where its guard is zero.
 
     During the delay of the end of a slip the rates change by the accelerations of the slip instead of those of the
     following mode.  At the onset of a slip the accelerations do not jump.
@@ -62,10 +63,20 @@ def _build_end_of_slip(robot: Robot, mode: Mode, following: Mode) -> ca.Function
     q, v, torque, p = _make_symbols(robot)
     at_rest = ca.MX(v)
     at_rest[SLIDE] = 0
-    during = robot.acceleration[mode](q, v, torque, p)[0]
+    during, force = robot.acceleration[mode](q, v, torque, p)
     after = robot.acceleration[following](q, at_rest, torque, p)[0]
-    delay = -v[SLIDE] / during[SLIDE]
+    inertia = robot.wellposed(q, p)
+    guard = _build_guard(robot, mode, following)(force, v[SLIDE], robot.static_friction(p), inertia, during[SLIDE])
+    delay = -guard / (ca.jtimes(guard, q, v) + ca.jtimes(guard, v, during))
     return ca.Function("end_of_slip", [q, v, torque, p], [v + (during - after) * delay])
+
+
+def _build_guard(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
+    """Return the guard of the transition between two phases as a Function of the contact's quantities."""
+    sizes = {"force": 2, "speed": 1, "static_friction": 1, "sliding_inertia": 2, "acceleration": 1}
+    symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
+    transition = robot.contact_model.between(mode, following)
+    return ca.Function("guard", symbols, [transition.guard(mode, ContactQuantities(*symbols))])
 
 
 @functools.lru_cache(maxsize=64)
