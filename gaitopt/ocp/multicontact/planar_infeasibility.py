@@ -33,6 +33,9 @@ SHORTEST = 1e-2
 MOST_ELASTIC_ITERATIONS = 300
 """Largest number of iterations of an elastic solve: a compass with double support takes 192."""
 
+LEAST_SHARE = 1e-3
+"""Least friction that is tried, as a share of that of the cones."""
+
 MOST_TRIALS, RESOLUTION = 5, 1.1
 """Largest number of frictions tried for a sufficient one, and ratio to an insufficient one at which it is accepted."""
 
@@ -80,9 +83,10 @@ class PlanarElastic(ElasticLimits):
         It is at most that of the cones which contain all forces of the motion `x`, which minimises the excess of the
         forces and not their ratio.  Smaller coefficients are tried by bisection.  nan with slip, tension or any.
         """
-        low, high = self.problem.friction, self._find_friction_of_cones(x)
+        high = self._find_friction_of_cones(x)
         if not math.isfinite(high):
             return math.nan
+        low = max(self.problem.friction, LEAST_SHARE * high)
         place = self.problem.robot.index("friction")
         for _ in range(MOST_TRIALS):
             if high <= RESOLUTION * low:

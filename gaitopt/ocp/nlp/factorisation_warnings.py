@@ -41,5 +41,10 @@ class _Filter:
         discarded = self.active and threading.get_ident() == self._thread
         return len(text) if discarded or self.stream is None else self.stream.write(text)
 
+    def flush(self) -> None:
+        """Flush the stream, if there is one."""
+        if self.stream is not None:
+            self.stream.flush()
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
