@@ -26,7 +26,7 @@ def main() -> None:
         except SystemExit as end:
             if end.code == app.INTERRUPTED:
                 _exit_by_interrupt()
-            gc.freeze()  # the interpreter ends without a search for unreachable objects, a tenth of a solve's time
+            gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
             raise
 
 

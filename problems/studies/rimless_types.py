@@ -76,10 +76,10 @@ def _label(axes, limits, frictions):
 
 
 def _numbers(curves):
-    """Yield the differences of borders from closed forms, and the distances of the ends at which their curves meet."""
+    """Yield the differences of borders from closed forms, and the gaps between the curves of a border."""
     for name in ("B and C", "C and D"):
         parts = sorted(
-            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_left
+            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_least_slope
         )
         for left, right in itertools.pairwise(parts):
             place = f"{np.degrees(right[0, 1]):.4f} deg"
@@ -98,7 +98,7 @@ def _numbers(curves):
             yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
 
 
-def _left(values):
+def _least_slope(values):
     """Return the least slope of a border."""
     return values[0, 1]
 

@@ -192,7 +192,7 @@ def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
 
 
 def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
-    """Return the contacts that never close, because their condition is a number that is not positive."""
+    """Return a sentence for each contact that never closes, because `armed` is a constant that is not positive."""
     rng = np.random.default_rng(0)
     states = rng.normal(size=(2, robot.n_q, 8))
     values = _evaluate(robot.arming.map(8), *states, np.tile(p[:, None], 8))[0]
