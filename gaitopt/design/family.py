@@ -77,7 +77,8 @@ class Family:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
             if not (problems[0].free or shared):
                 raise InputError(
-                    "The problems of a Family must have a free parameter, or shared must name 'torques' or 'gains'."
+                    "The problems of a Family must have at least one free parameter; problem 1 has none. Without free "
+                    "parameters, state shared='torques' or shared='gains'."
                 )
             if problem.free != problems[0].free:
                 raise InputError(
