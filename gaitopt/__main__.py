@@ -1,5 +1,6 @@
 """``python -m gaitopt`` and ``gaitopt`` run the command line."""
 
+import atexit
 import contextlib
 import gc
 import os
@@ -27,6 +28,8 @@ def main() -> None:
             if end.code == app.INTERRUPTED:
                 _exit_by_interrupt()
             gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
+            # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
             raise
 
 

@@ -48,4 +48,4 @@ def test_the_stored_results_are_those_of_the_page():
     assert results["seed"] == infeasible_designs.SEED
     assert infeasible_designs.PAGE.read_text(encoding="utf-8") == infeasible_designs_page.compose_page(results)
     rows = [row for _, row in infeasible_designs_page.list_infeasible(results)]
-    assert sum(map(infeasible_designs_page.is_smallest, rows)) >= 0.85 * len(rows)
+    assert sum(map(infeasible_designs_page.is_smallest, rows)) >= 55 / 60 * len(rows)

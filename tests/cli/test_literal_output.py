@@ -263,7 +263,7 @@ def multistep():
     names = ("friction", "slope", "step_length", "duration", "objective")
     step = {"sequence": "stick | stick [s]"} | dict.fromkeys(names, 0.1)
     several = types.SimpleNamespace(
-        problem=types.SimpleNamespace(name="walk [m]"),
+        problem=types.SimpleNamespace(name="walk [m]", terrain=None),
         status=Status.SOLVED,
         message="done [s]",
         iterations=3,

@@ -188,14 +188,14 @@ def test_the_radius_may_be_part_of_the_objective():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("sequence", "objective", "weight", "gain"),
+    ("sequence", "objective", "weight", "advantage", "reduction"),
     [
-        ("stick | stick", "torque_squared", 1.0, 0.01),
-        ("slip+ stick | slip+", "torque_squared", 1.0, 0.01),
-        ("slip+ stick | slip+", "cost_of_transport", 2e-3, 1e-5),
+        ("stick | stick", "torque_squared", 1.0, 0.01, 0.05),
+        ("slip+ stick | slip+", "torque_squared", 1.0, 0.01, 0.05),
+        ("slip+ stick | slip+", "cost_of_transport", 2e-3, 1e-5, 0.03),
     ],
 )
-def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence, objective, weight, gain):
+def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence, objective, weight, advantage, reduction):
     """Objective: cost plus weighted radius.  Afterwards, the gains of the optimal plan are tuned for the radius.
 
     The search of these gains starts from those of the joint optimum.
@@ -214,10 +214,10 @@ def test_plan_and_gains_together_beat_gains_tuned_afterwards(sequence, objective
         return spectral_radius(transcription, solve_deviations(transcription, x, data))
 
     tuned = scipy.optimize.minimize(
-        radius, planned_gains(together).ravel(), method="Nelder-Mead", options={"maxfev": 150}
+        radius, planned_gains(together).ravel(), method="Nelder-Mead", options={"maxfev": 300}
     )
-    assert tuned.fun < assess_stability(plan).radius - 0.03
-    assert together.solver.objective < plan.solver.objective + weight * tuned.fun - gain
+    assert tuned.fun < assess_stability(plan).radius - reduction
+    assert together.solver.objective < plan.solver.objective + weight * tuned.fun - advantage
 
 
 def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):

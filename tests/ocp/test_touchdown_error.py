@@ -75,6 +75,8 @@ def test_an_error_that_a_replay_does_not_allow_is_inaccurate(reference_problem, 
 def test_a_plan_whose_rounding_errors_grow_too_much_is_inaccurate(reference_problem, monkeypatch):
     monkeypatch.setattr(grid_solve, "estimate_growth", lambda *arguments: 2 * LARGEST_GROWTH)
     monkeypatch.setattr(grid_solve, "EXACT", 0.0)
-    gait = solve(reference_problem(transcription=Collocation(intervals=10)), starts=1)
-    assert gait.status is Status.PLAN_INACCURATE
-    assert "6.0e+07 times as large after the touchdown" in gait.solver.warnings[0]
+    method = Collocation(intervals=20)
+    start = SingleStart(reference_problem(transcription=method), LinearGuess(), Newton(), silent)
+    solution = start.solve_on_grid(method, None, BARRIER_SAME_PROBLEM).check_plan()
+    assert solution.outcome.status is Status.PLAN_INACCURATE
+    assert "6.0e+07 times as large after the touchdown" in solution.inaccuracies[0]

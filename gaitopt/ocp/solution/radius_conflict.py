@@ -35,12 +35,13 @@ def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait)
     ----------
     problem : GaitProblem
     failure : Gait
-        Result of a solve that failed; it is returned unchanged if it contains conflicts.
+        Result of a solve that failed; it is returned unchanged if it contains limits that suffice alone.  The bound
+        suffices alone, too, so that it replaces limits that suffice only together.
     unbounded : Gait
         The optimal gait without the bound.
     """
     bound = problem.stability
-    if bound is None or failure.solver.conflicts or math.isinf(bound.radius):
+    if bound is None or math.isinf(bound.radius) or any(limit.separable for limit in failure.solver.conflicts):
         return failure
     radius = measure_planned_radius(problem, unbounded)
     if not radius > bound.radius:
