@@ -27,7 +27,7 @@ BORDERS = {
     "D, does not roll over": (("roll_over",), "0.2"),
 }
 """Kinds of special points and colour of each border."""
-OTHER_SIDE = "curve on the other side"
+ADJACENT = "adjacent curve"
 
 STARTS = ((13.0, tuple(BORDERS)), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
 
@@ -85,7 +85,7 @@ def _numbers(curves):
         for left, right in itertools.pairwise(parts):
             place = f"{np.degrees(right[0, 1]):.4f} deg"
             yield PublishedValue(
-                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, OTHER_SIDE
+                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, ADJACENT
             )
     for name, curve in curves:
         friction, slope = curve.values.T

@@ -35,8 +35,8 @@ def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait)
     ----------
     problem : GaitProblem
     failure : Gait
-        Result of a solve that failed; it is returned unchanged if it contains limits that suffice alone.  The bound
-        suffices alone, too, so that it replaces limits that suffice only together.
+        Result of a solve that failed; it is returned unchanged if it contains limits that suffice alone.  Otherwise
+        the bound on the spectral radius, which suffices alone, replaces limits that suffice only together.
     unbounded : Gait
         The optimal gait without the bound.
     """
