@@ -17,7 +17,7 @@ def main() -> None:
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
         if former is signal.default_int_handler:
-            signal.signal(signal.SIGINT, _exit_at_once)
+            signal.signal(signal.SIGINT, _exit_immediately)
         from gaitopt.cli import app
 
         app.import_commands(sys.argv[1:])
@@ -41,7 +41,7 @@ def _exit_by_interrupt() -> None:
     os._exit(128 + signal.SIGINT)
 
 
-def _exit_at_once(number: int, frame: FrameType | None) -> None:
+def _exit_immediately(number: int, frame: FrameType | None) -> None:
     """End the process while the commands are imported, where an exception could be taken for a missing package."""
     os.write(2, b"Interrupted; nothing was written.\n")
     os._exit(128 + number)

@@ -39,7 +39,7 @@ class SwingTerrain:
 
 
 def smooth_height(terrain: Terrain, place: ca.SX) -> ca.SX:
-    """Return the height of a smooth profile of a terrain [m], which is at most slightly below it near ends of ramps.
+    """Return the height of a smooth profile of a terrain [m], at most slightly below the terrain near ends of ramps.
 
     The profile rises in front of a step up and falls behind a step down; the ends of ramps are rounded.
 
