@@ -14,7 +14,7 @@ SHARED_UNKNOWNS = {"torques": Unknown.TORQUE, "gains": Unknown.GAIN}
 
 
 def check_shared_quantities(names: Sequence[str], problems: Sequence[GaitProblem]) -> None:
-    """Raise InputError unless some problems can share quantities.
+    """Raise InputError unless the names of shared quantities are known and the problems can share them.
 
     Examples
     --------

@@ -192,7 +192,7 @@ def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
 
 
 def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
-    """Return the contacts that never close, because their condition is a number that is not positive."""
+    """Return a sentence for each contact that never closes, because `armed` is a constant that is not positive."""
     zero = np.zeros(robot.n_q)
     values = _evaluate(robot.arming, zero, zero, p)[0].ravel()
     varying = {row for i in (0, 1) for row in robot.arming.jac_sparsity(0, i).row()}

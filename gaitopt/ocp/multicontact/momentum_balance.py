@@ -22,7 +22,8 @@ def explain_one_way_slip(problem: PlanarProblem) -> str | None:
     Returns
     -------
     str or None
-        None if the sequence contains stick, slip in both directions or no ground, or if the balance is fulfilled.
+        None if the sequence contains stick, slip in both directions or no contact with the ground, or if the balance is
+        satisfied.
 
     Examples
     --------
@@ -42,13 +43,13 @@ no periodic gait exists unless friction is tan(slope) = 0
     signs = {sign for state in states for sign in _slip_signs(problem, state)}
     if len(signs) != 1 or 0 in signs:
         return None
-    sign, balanced = signs.pop(), math.tan(problem.slope)
-    if abs(sign * problem.friction - balanced) <= BALANCED:
+    sign, grade = signs.pop(), math.tan(problem.slope)
+    if abs(sign * problem.friction - grade) <= BALANCED:
         return None
     return (
         f"all contacts slip {'forward' if sign > 0 else 'backward'} all the time: friction {problem.friction:g} then "
         "changes the momentum along the ground in every step, and no periodic gait exists unless friction is "
-        f"{'' if sign > 0 else '-'}tan(slope) = {sign * balanced + 0.0:.4g}"
+        f"{'' if sign > 0 else '-'}tan(slope) = {sign * grade + 0.0:.4g}"
     )
 
 

@@ -140,7 +140,7 @@ class GridResult:
     bounds : Bounds
     outcome : NlpResult
     ending : str
-        The ending of the solve on a finer grid that failed; empty otherwise.
+        How the solve on a finer grid failed; empty otherwise.
     """
 
     problem: PlanarProblem

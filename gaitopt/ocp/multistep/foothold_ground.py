@@ -21,7 +21,7 @@ Bounds = Mapping[int, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Foothold:
-    """A piece of the ground on which a foot stands, and bounds of its place.
+    """A piece of the ground on which a foot stands, and bounds of the place of the foot.
 
     Attributes
     ----------
@@ -41,10 +41,10 @@ class Foothold:
 
 
 def find_footholds(terrain: Terrain, steps: Sequence[GaitProblem], stated: Bounds) -> tuple[Foothold, ...]:
-    """Return the footholds of a gait, that of the first stance foot at place 0 and that after the last touchdown too.
+    """Return all footholds of a gait, from that of the first stance foot, at place 0, to that of the last touchdown.
 
-    The piece of a foothold is that in the middle of its stated bounds, otherwise the one a step ahead of the foothold
-    before; the length of the step is the requested one or that of its guess.
+    The piece of a foothold is that at the middle of its stated bounds; without bounds, it is that one step ahead of the
+    previous foothold.  The length of this step is the requested one or that of its guess.
 
     Raises
     ------
@@ -100,7 +100,8 @@ def _clearance(terrain: Terrain, place: float) -> float:
 def resolve_steps(steps: Sequence[GaitProblem], footholds: Sequence[Foothold]) -> tuple[GaitProblem, ...]:
     """Return the steps with the friction, the rise and the inclinations of their footholds.
 
-    The rise depends on the place of the foot, and is free, if the next foothold has another inclination.
+    If the next foothold has another inclination, the rise depends on the place of the foot, and is a free parameter
+    unless this place is fixed.
     """
     resolved = []
     for number, step in enumerate(steps):
@@ -130,7 +131,7 @@ def passes_change(terrain: Terrain, footholds: Sequence[Foothold], number: int) 
 
 
 def rise_between(before: Piece, after: Piece) -> tuple[float, float]:
-    """Return height above the piece `before` of the extended piece `after` at place 0 [m], and its change over places.
+    """Return the height of the extended piece `after` above the piece `before` at place 0 [m], and its grade.
 
     Examples
     --------
@@ -138,5 +139,5 @@ def rise_between(before: Piece, after: Piece) -> tuple[float, float]:
     >>> rise_between(level, ramp)
     (-0.1, 0.1)
     """
-    (low, slow), (high, fast) = before.line, after.line
-    return high - low, fast - slow
+    (height, grade), (next_height, next_grade) = before.line, after.line
+    return next_height - height, next_grade - grade

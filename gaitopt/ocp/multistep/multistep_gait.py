@@ -101,7 +101,7 @@ class MultiStepGait:
         return facts
 
     def _rises(self) -> list[dict[str, float]]:
-        """Return the height gained by the feet in each step on a terrain [m]; nothing on a plane."""
+        """Return the height gained by the feet in each step on a terrain [m]; empty on a plane."""
         if self.problem.terrain is None:
             return [{} for _ in self.plans]
         heights = [self.problem.terrain.height(0.0), *(float(jump.q_next[GAP]) for jump in self.motion.jumps)]
@@ -115,8 +115,8 @@ class MultiStepGait:
 def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Terrain | None = None) -> Motion:
     """Return motions of single steps as one motion, in order.
 
-    On a terrain the positions of the feet are those along and across the plane, whose rates are those along and across
-    the ground below the stance foot.
+    On a terrain, the positions of the feet are given along and across the plane, and their rates along and across the
+    ground below the stance foot.
 
     Parameters
     ----------
@@ -133,11 +133,11 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Te
     for number, motion in enumerate(motions):
         start = float(motion.segments[0].time[0])
         stance, landing = (_rotation(motion.parameters.get(name, 0.0)) for name in (INCLINE, NEXT_INCLINE))
-        aside = origin if absolute else place
+        offset = origin if absolute else place
         for segment in motion.segments:
-            segments.append(_move_segment(segment, number, time - start, aside, stance))
+            segments.append(_move_segment(segment, number, time - start, offset, stance))
         for jump in motion.jumps:
-            jumps.append(_move_jump(jump, number, time - start, aside, (stance, landing)))
+            jumps.append(_move_jump(jump, number, time - start, offset, (stance, landing)))
             place = jumps[-1].q_next[CONTACT].copy()
             if terrain is None:
                 place[GAP] = 0.0

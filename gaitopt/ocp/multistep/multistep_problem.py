@@ -80,7 +80,7 @@ class MultiStepProblem:
         set_(self, "robot", first.robot if check_terrain(self.terrain) is None else adapt_to_uneven_ground(first.robot))
         for number, step in enumerate(self.steps):
             step.sequence.require_closed("A gait of several steps")
-            if step.robot is not first.robot or self._body(step) != self._body(first):
+            if step.robot is not first.robot or self._common_parameters(step) != self._common_parameters(first):
                 raise InputError(
                     f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
                     "the same robot with the same parameters."
@@ -89,8 +89,8 @@ class MultiStepProblem:
                 raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
             if step.slope != first.slope:
                 raise InputError(
-                    f"steps[{number}] has the slope {step.slope:g} rad, steps[0] {first.slope:g} rad: angles are "
-                    "measured from the normal of the slope, so all steps need the same slope; "
+                    f"steps[{number}] has the slope {step.slope:g} rad, but steps[0] has {first.slope:g} rad: angles "
+                    "are measured from the normal of the slope, so all steps need the same slope; "
                     "terrain=Terrain(ramps=...) inclines the ground."
                 )
         if (self.start is None) is not (self.end is None):
@@ -120,7 +120,7 @@ class MultiStepProblem:
 
     @functools.cached_property
     def ground(self) -> tuple[Foothold, ...]:
-        """Footholds on the terrain, that after the last touchdown too; empty on a plane."""
+        """Footholds on the terrain, including that of the last touchdown; empty on a plane."""
         return () if self.terrain is None else find_footholds(self.terrain, self.steps, self.footholds)
 
     @functools.cached_property
@@ -134,8 +134,8 @@ class MultiStepProblem:
         on_patch = self.ground[-1].piece.friction if self.ground else None
         return self.steps[0 if self.periodic else -1].friction if on_patch is None else on_patch
 
-    def _body(self, step: GaitProblem) -> dict[str, float]:
-        """Return the parameters of a step that are the same in all steps: without those of the terrain."""
+    def _common_parameters(self, step: GaitProblem) -> dict[str, float]:
+        """Return the parameters of a step that must be the same in all steps: all but those of the terrain."""
         varied = [] if self.terrain is None else [parameter.name for parameter in UNEVEN]
         return {name: value for name, value in step.parameters.items() if name not in varied}
 
@@ -176,7 +176,8 @@ class MultiStepProblem:
                 )
             if len(pair) != 2 or not pair[0] <= pair[1]:
                 raise InputError(
-                    f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m], got {pair!r}."
+                    f"footholds: the position of steps[{number}] must be a pair (lower, upper) with lower <= upper "
+                    f"[m], got {pair!r}."
                 )
 
 

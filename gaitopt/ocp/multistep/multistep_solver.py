@@ -40,9 +40,8 @@ def solve_steps(
     """Find an optimal gait of several steps.
 
     The intervals of all steps are doubled, at most twice, until the motion between the nodes agrees with them to the
-    tolerance of the transcription of the first step; a less accurate solution of a finer grid is discarded.  On a
-    terrain, steps in which the swing foot is below the ground are solved again with its height over the terrain
-    constrained.
+    tolerance of the transcription of the first step; a less accurate solution on a finer grid is discarded.  If the
+    swing foot is below the terrain in some steps, the problem is solved again with constraints on its height in them.
 
     Parameters
     ----------
@@ -79,11 +78,11 @@ def solve_steps(
     require_valid_step(problem.robot)
     solver = (solver or Ipopt()).start_clock()
     methods: list[Method] = [step.transcription for step in problem.resolved_steps]
-    raised = _steps_with_clearance(problem)
+    constrained = _steps_with_clearance(problem)
     gait = kept = None
     iterations = doublings = 0
     while True:
-        transcription = transcribe_steps(problem, tuple(methods), raised)
+        transcription = transcribe_steps(problem, tuple(methods), constrained)
         x = _initial_point(transcription, None if gait is None else gait.plans)
         outcome = solver.minimise(transcription.nlp, x, transcription.data, transcription.limits, observer)
         if outcome.status.ok:
@@ -91,8 +90,8 @@ def solve_steps(
         iterations += outcome.iterations
         gait = _gait(transcription, outcome, iterations)
         scuffing = set(find_scuffs(problem, gait.motion)) if gait.status.ok and problem.terrain is not None else set()
-        if scuffing - raised:
-            raised |= scuffing
+        if scuffing - constrained:
+            constrained |= scuffing
             continue
         finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
         if kept is not None and not (gait.status.ok and gait.error_between_nodes < kept.error_between_nodes):

@@ -87,7 +87,7 @@ def event_derivative(
 def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> GuardKind:
     """Return the guard that determines the time of an event: that of a closing contact if there is an impact.
 
-    Another guard may fall through zero at the same instant.
+    Another guard may reach zero at the same instant.
     """
     if event.outcome is None or ended_by.name == "closes":
         return ended_by
