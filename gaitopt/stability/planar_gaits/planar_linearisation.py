@@ -93,7 +93,7 @@ def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> 
         return ended_by
     names = phase.robot.contact_names
     gaps = [kind for kind in phase.equations.guards if kind.name == "closes"]
-    return next(kind for kind in gaps if f"{names[kind.number]} closes" in event.names)
+    return next((kind for kind in gaps if f"{names[kind.number]} closes" in event.names), ended_by)
 
 
 def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:
