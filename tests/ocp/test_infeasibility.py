@@ -1,12 +1,14 @@
 """Infeasible problems: quick reports with the limits that conflict, told apart from iteration limits."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from gaitopt import Collocation, Ipopt, Limits, RandomPerturbation, Status, solve
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.solution.conflict_search import elastic_solver
+from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.infeasibility import COLD_START_ITERATIONS, conclude_failure, limit_iterations
 from gaitopt.ocp.solution.single_start import solve_from_start
@@ -143,6 +145,43 @@ def test_a_feasible_problem_that_is_not_solved_is_not_infeasible(reference_probl
     assert concluded.status is Status.FAILED
     assert concluded.solver.conflicts == ()
     assert concluded.solver.message.endswith("from a motion that satisfies all limits on a coarse grid")
+
+
+@pytest.mark.parametrize(
+    ("status", "conclusion"), [(Status.INFEASIBLE, Status.FAILED), (Status.TIME_LIMIT, Status.TIME_LIMIT)]
+)
+def test_a_problem_with_a_gait_at_fixed_parameters_is_not_infeasible(
+    reference_problem, monkeypatch, status, conclusion
+):
+    problem = reference_problem(free={"leg_com": (0.7, 0.9)}, **SMOOTH)
+    failure = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=3), silent)
+    wrong = failure.with_failure(Status.INFEASIBLE, "Infeasible_Problem_Detected")
+    minimise_excess = ElasticProblem.minimise_excess
+
+    def fail_with_free_parameters(elastic, guess):
+        result = minimise_excess(elastic, guess)
+        return replace(result, status=Status.INFEASIBLE) if elastic.problem.free else result
+
+    def solve_fixed(stated, *arguments):
+        return wrong.with_failure(status, "stopped") if stated.free else solve_from_start(stated, *arguments)
+
+    monkeypatch.setattr(ElasticProblem, "minimise_excess", fail_with_free_parameters)
+    monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.solve_from_start", solve_fixed)
+    assert conclude_failure(problem, wrong, [LinearGuess()], Ipopt(), silent).status is conclusion
+
+
+def test_a_time_limit_of_the_search_with_fixed_parameters_is_reported(reference_problem, monkeypatch):
+    problem = reference_problem(free={"leg_com": (0.7, 0.9)}, **SMOOTH)
+    failure = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=3), silent)
+    minimise_excess = ElasticProblem.minimise_excess
+
+    def stop_with_fixed_parameters(elastic, guess):
+        result = minimise_excess(elastic, guess)
+        return replace(result, status=Status.INFEASIBLE if elastic.problem.free else Status.TIME_LIMIT)
+
+    monkeypatch.setattr(ElasticProblem, "minimise_excess", stop_with_fixed_parameters)
+    gait = conclude_failure(problem, failure, [LinearGuess()], Ipopt(), silent)
+    assert gait.status is Status.TIME_LIMIT
 
 
 @pytest.mark.parametrize("number", [1, 3, 6])
