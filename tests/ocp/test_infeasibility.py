@@ -165,10 +165,15 @@ def test_a_feasible_problem_that_is_not_solved_is_not_infeasible(reference_probl
 
 
 @pytest.mark.parametrize(
-    ("status", "conclusion"), [(Status.INFEASIBLE, Status.FAILED), (Status.TIME_LIMIT, Status.TIME_LIMIT)]
+    ("status", "has_fixed_gait", "conclusion"),
+    [
+        (Status.INFEASIBLE, True, Status.FAILED),
+        (Status.INFEASIBLE, False, Status.FAILED),
+        (Status.TIME_LIMIT, True, Status.TIME_LIMIT),
+    ],
 )
-def test_a_problem_with_a_gait_at_fixed_parameters_is_not_infeasible(
-    reference_problem, monkeypatch, status, conclusion
+def test_a_problem_with_a_feasible_motion_at_fixed_parameters_is_not_infeasible(
+    reference_problem, monkeypatch, status, has_fixed_gait, conclusion
 ):
     problem = reference_problem(free={"leg_com": (0.7, 0.9)}, **SMOOTH)
     failure = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=3), silent)
@@ -180,7 +185,9 @@ def test_a_problem_with_a_gait_at_fixed_parameters_is_not_infeasible(
         return replace(result, status=Status.INFEASIBLE) if elastic.problem.free else result
 
     def solve_fixed(stated, *arguments):
-        return wrong.with_failure(status, "stopped") if stated.free else solve_from_start(stated, *arguments)
+        if has_fixed_gait and not stated.free:
+            return solve_from_start(stated, *arguments)
+        return wrong.with_failure(status, "stopped")
 
     monkeypatch.setattr(ElasticProblem, "minimise_excess", fail_with_free_parameters)
     monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.solve_from_start", solve_fixed)

@@ -243,6 +243,9 @@ class _Search:
             return self._report_failure()
         if gait.status in STOPPED_EARLY:
             return failure.with_failure(gait.status, gait.solver.message)
+        if search._unsolved:  # a motion with these parameters satisfies all limits
+            self._unsolved.append(failure)
+            return self._report_failure()
         if not gait.solver.conflicts:
             return None
         message = f"{gait.solver.message} with the free parameters at their start"
