@@ -69,7 +69,8 @@ def check_conflicts_with_radius(
     """Return a failure of a problem without its bound on the spectral radius, with the conflicts under the bound.
 
     Each limit that suffices alone without the bound is relaxed further, until the bound is met as well.  If this is
-    possible for none of them, the first limit and the spectral radius suffice together.
+    possible for none of them, the first limit and the spectral radius suffice together.  Limits that were not
+    examined with the bound are returned with the statement that the problem has no gait even without it.
 
     Parameters
     ----------
@@ -83,16 +84,18 @@ def check_conflicts_with_radius(
     observer : Observer
     """
     bound, conflicts = problem.stability, failure.solver.conflicts
-    if bound is None or math.isinf(bound.radius) or not conflicts or not conflicts[0].separable:
+    if bound is None or math.isinf(bound.radius):
         return failure
+    limits: tuple[Conflict, ...] = ()
     try:
-        limits = _relax_with_bound(problem, conflicts, guesses, solver, observer)
+        if conflicts and conflicts[0].separable:
+            limits = _relax_with_bound(problem, conflicts, guesses, solver, observer)
     except KeyboardInterrupt:
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
     message = failure.solver.message
-    if not limits[0].separable:
+    if not limits or not limits[0].separable:
         message += ", even without the bound on the spectral radius"
-    return failure.with_failure(failure.status, message, limits)
+    return failure.with_failure(failure.status, message, limits or conflicts)
 
 
 def _relax_with_bound(
@@ -104,7 +107,7 @@ def _relax_with_bound(
 ) -> tuple[Conflict, ...]:
     """Return the limits that suffice alone if the bound is met, otherwise the first one together with the bound.
 
-    If no elastic solve finds such a limit, gaits without one of the limits are sought.
+    If no elastic solve finds such a limit, gaits without one of the limits are sought.  The result may be empty.
     """
     limit = problem.stability.radius if problem.stability else math.inf
     grid, elastic = find_coarsest_grid(problem), elastic_solver(solver, len(problem.sequence.phases))
@@ -131,7 +134,7 @@ def _relax_with_bound(
     if separable:
         return separable
     exceeded = (_solve_without(problem, each, guesses[0], solver, observer) for each in conflicts)
-    return tuple(conflict for conflict in exceeded if conflict is not None) or joint or conflicts
+    return tuple(conflict for conflict in exceeded if conflict is not None) or joint
 
 
 def _solve_without(
