@@ -12,7 +12,7 @@ from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.model.terrain import Terrain, check_terrain
-from gaitopt.model.uneven_ground import UNEVEN, adapt_to_uneven_ground
+from gaitopt.model.uneven_ground import RISE, UNEVEN, adapt_to_uneven_ground
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.multistep.foothold_ground import Foothold, find_footholds, resolve_steps
 from gaitopt.ocp.problem import GaitProblem
@@ -51,8 +51,9 @@ class MultiStepProblem:
     Raises
     ------
     InputError
-        If there is no step, the steps have different robots or slopes, only one of `start` and `end` is given, a
-        coordinate is unknown or not finite, or a foothold does not fit on its piece of the terrain.
+        If there is no step, the steps have different robots or slopes, or free parameters other than ``rise``, only one
+        of `start` and `end` is given, a coordinate is unknown or not finite, or a foothold does not fit on its piece of
+        the terrain.
 
     Examples
     --------
@@ -84,6 +85,11 @@ class MultiStepProblem:
                 raise InputError(
                     f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
                     "the same robot with the same parameters."
+                )
+            if set(step.free) - {RISE}:
+                raise InputError(
+                    f"steps[{number}] has the free parameters {sorted(step.free)}; gaits of several steps accept only "
+                    f"{RISE!r}, because the robot must be the same in all steps."
                 )
             if len(set(step.slope_range)) > 1:
                 raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
