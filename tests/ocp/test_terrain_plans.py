@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, ledger, solve
+from gaitopt import GaitProblem, InputError, Limits, Status, WarmStart, compass_biped, ledger, solve
 from gaitopt.cli.script import load_script
 from gaitopt.model import Terrain
 from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
@@ -72,6 +72,7 @@ def test_energy_and_heights_of_a_step_down(down):
     stepwise = verify_steps(down, stepwise=True)
     assert stepwise.verification.passed
     assert 0 < stepwise.verification.state_error < 1e-9
+    assert stepwise.verification.energy_residual < 1e-9
     stance = np.concatenate([segment.contact[1] for segment in motion.segments])
     assert set(stance.round(9)) == {0.0, -0.02}
 
@@ -93,6 +94,20 @@ def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
     free = solve_steps(problem)
     assert list(find_scuffs(problem, free.motion)) == [1]
     assert free.objective < gait.objective
+
+
+def test_a_swing_foot_that_remains_below_the_terrain_makes_the_plan_inaccurate(down, monkeypatch):
+    monkeypatch.setattr(multistep_solver, "find_scuffs", lambda *_: {1: (0.01, 0.7)})
+    monkeypatch.setattr(multistep_solver, "MOST_DOUBLINGS", 0)
+    gait = solve_steps(down.problem)
+    assert gait.status is Status.PLAN_INACCURATE
+    assert "below the terrain in steps [1]" in gait.message
+
+
+def test_a_clearance_counts_in_the_steps_onto_another_height_and_away_from_it():
+    step = STEP.replace(speed=None, limits=Limits(torque=30, clearance=0.01))
+    problem = MultiStepProblem(steps=(step,) * 4, start={}, end={}, terrain=Terrain(steps=[(0.7, 0.02)]))
+    assert multistep_solver._steps_with_clearance(problem) == {1, 2}
 
 
 @pytest.mark.slow
