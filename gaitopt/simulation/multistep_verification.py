@@ -141,7 +141,7 @@ def _describe(motion: Motion) -> str:
 
 
 def _energy_residual(motion: Motion) -> float:
-    """Return the largest relative residual of the energy balances of the steps, each replayed from its planned state."""
+    """Return the largest relative residual of the energy balances of steps that are replayed one by one."""
     parts = [
         replace(
             motion,

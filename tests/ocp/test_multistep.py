@@ -1,5 +1,6 @@
 """Gaits of several steps: start from rest, a slippery patch, period two, each verified by replay."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -137,6 +138,9 @@ def test_rest_directly_after_a_touchdown_is_infeasible(periodic, free):
         ({"start": {"foot_speed": 0.1}, "end": {}}, "must be 0"),
         ({"footholds": {0: (0, 1)}}, "counted from 0"),
         ({"footholds": {1: (2, 1)}}, "lower, upper"),
+        ({"footholds": {1: (math.inf, math.inf)}}, "lower < inf and upper > -inf"),
+        ({"footholds": {1: (-math.inf, -math.inf)}}, "lower < inf and upper > -inf"),
+        ({"expected_places": {1: math.nan}}, "must be finite, got nan"),
     ],
 )
 def test_invalid_problems_are_refused(fields, message):

@@ -155,6 +155,30 @@ def test_a_foot_slips_down_a_slippery_ramp(periodic, tmp_path):
     assert not verify_steps(gait.replace_fields(problem=steep)).verification.passed
 
 
+@pytest.mark.parametrize("terrain", [Terrain(), Terrain(patches=[(0.8, 1.1, 0.3)]), Terrain(patches=[(0.6, 1.1, 0.3)])])
+def test_a_gait_from_its_file_has_the_same_ground(periodic, tmp_path, terrain):
+    """A foothold may be next to a patch, or on it; the last one is behind it, where the stated friction counts."""
+    gait = solve_steps(walk(periodic, terrain, footholds={2: (0.4, 1.2)}))
+    loaded = load_steps(save_steps(gait, tmp_path / "walk.h5"))
+    assert loaded.problem.ground == gait.problem.ground
+    assert loaded.problem.footholds == gait.problem.footholds
+    for number, stated in enumerate(gait.problem.resolved_steps):
+        assert loaded.problem.resolved_steps[number].values == stated.values
+    assert loaded.problem.last_friction == gait.problem.last_friction == 0.5
+
+
+def test_a_foothold_with_one_bound_is_one_step_ahead_within_it():
+    step = STEP.replace(speed=None)
+    problem = MultiStepProblem(
+        steps=(step, step), start={}, end={}, terrain=Terrain(steps=[(0.5, 0.02)]), footholds={1: (-np.inf, 0.9)}
+    )
+    assert problem.ground[1].expected == 0.45
+    ahead = problem.replace(footholds={1: (0.56, np.inf)}).ground[1]
+    assert (ahead.expected, ahead.piece.height) == (0.56, 0.02)
+    unknown = STEP.replace(step_length=None)
+    assert problem.replace(steps=(unknown,), footholds={1: (-np.inf, 0.4)}).ground[1].expected == 0.4
+
+
 def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
     block = Terrain(steps=[(0.7, -0.02), (0.72, 0.05), (0.74, -0.05)])
     places = {1: (0.3, 0.5), 2: (0.8, 1.2)}
