@@ -21,6 +21,7 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.solution.grid_solve import STOPPED_EARLY
 from gaitopt.ocp.solution.trajectory import check_between_nodes, read_parameters, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.warm_start import FromMotion
@@ -94,22 +95,44 @@ def solve_steps(
             constrained |= scuffing
             continue
         finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
-        if kept is not None and not (gait.status.ok and gait.error_between_nodes < kept.error_between_nodes):
-            return replace(kept, iterations=iterations)  # the finer grid has no solution, or a less accurate one
+        better = kept is None or (not scuffing and gait.error_between_nodes < kept.error_between_nodes)
+        if kept is not None and not (gait.status.ok and better):
+            return _keep_coarser(kept, gait)
         accurate = not scuffing and gait.error_between_nodes <= problem.steps[0].transcription.tolerance
         if not gait.status.ok or accurate or doublings == MOST_DOUBLINGS or None in finer:
-            return gait
+            return _report_scuffs(gait, scuffing)
         kept = None if scuffing else gait
         doublings += 1
         methods = [method for method in finer if method is not None]
 
 
+def _keep_coarser(kept: MultiStepGait, finer: MultiStepGait) -> MultiStepGait:
+    """Return the solution of a coarser grid, with the status of the solve on the finer one if that was stopped."""
+    kept = replace(kept, iterations=finer.iterations)
+    if finer.status not in STOPPED_EARLY:
+        return kept
+    message = f"{finer.message}; the result is the solution before this refinement"
+    return replace(kept, status=finer.status, message=message)
+
+
+def _report_scuffs(gait: MultiStepGait, scuffing: set[int]) -> MultiStepGait:
+    """Return a gait, with the status of an inaccurate plan if the swing foot is below the terrain in some steps."""
+    if not gait.status.ok or not scuffing:
+        return gait
+    message = f"{gait.message}; the swing foot is below the terrain in steps {sorted(scuffing)}, counted from 0"
+    return replace(gait, status=Status.PLAN_INACCURATE, message=message)
+
+
 def _steps_with_clearance(problem: MultiStepProblem) -> set[int]:
-    """Return the numbers of the steps over a change of the terrain for which a clearance is requested."""
+    """Return the numbers of the steps with a clearance in which the swing foot passes a change of the terrain.
+
+    It begins at the previous foothold, which is that of the first step at the start.
+    """
     if problem.terrain is None:
         return set()
     requested = {number for number, step in enumerate(problem.steps) if step.limits.clearance is not None}
-    return {number for number in requested if passes_change(problem.terrain, problem.ground, number)}
+    changes = {number for number in range(len(problem.steps)) if passes_change(problem.terrain, problem.ground, number)}
+    return requested & (changes | {number + 1 for number in changes})
 
 
 def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, ...] | None) -> Array:
