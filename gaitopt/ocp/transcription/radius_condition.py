@@ -8,8 +8,9 @@ zeros z^3 + a_2 z^2 + a_1 z + a_0 these are
 
 (Jury, Theory and Application of the z-Transform Method, 1964).  The last one is the product of 1 - z_i z_j over the
 pairs of zeros, so it has a simple zero where a complex pair reaches the circle.  With abs(a_0) = 1 the conditions also
-hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.  The conditions are multiplied by r^3,
-because the coefficients are divided by powers of the radius r, which may be small.
+hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.  If gains are optimised too,
+the conditions are multiplied by r^3, because the coefficients are divided by powers of the radius r, which may then be
+small.
 """
 
 import math
@@ -32,15 +33,26 @@ RELAXATION = 1e-8
 """Violation of an inequality that a solver accepts."""
 
 
-def radius_block(builder: NlpBuilder, section: SectionNames, weight: float) -> Block:
-    """Return the block that bounds the spectral radius of the return map, with its weight in the objective."""
+def radius_block(builder: NlpBuilder, section: SectionNames, weight: float, *, scaled: bool) -> Block:
+    """Return the block that bounds the spectral radius of the return map, with its weight in the objective.
+
+    Parameters
+    ----------
+    builder : NlpBuilder
+    section : SectionNames
+    weight : float
+        Weight of the radius in the objective.
+    scaled : bool
+        Whether the conditions are multiplied by r^m, as for the small radii that gains make possible.
+    """
     local, count = BlockVariables(builder, 1), len(section.names)
     after = local.add("return", builder.variables[Unknown.RETURN])
     radius = local.add("radius", builder.variables[Unknown.RADIUS])
     matrix = ca.reshape(after, len(section.state), count)[section.kept, :]
     coefficients = characteristic_coefficients(matrix, count - section.vanishing)
     values = jury_conditions([c / radius ** (k + 1) for k, c in enumerate(coefficients)]) - STRICTNESS
-    values *= radius ** len(coefficients)
+    if scaled:
+        values *= radius ** len(coefficients)
     table = [Row(Key(Kind.RADIUS_CONDITION, str(i + 1)), RELAXATION, math.inf) for i in range(values.numel())]
     rows = builder.rows.add(Group.RADIUS, table, [STEP])
     return local.block("radius", values, rows, weight * radius if weight else None)

@@ -302,7 +302,7 @@ def _blocks(
     if structure.stabilised:
         section = section_names(structure.robot, structure.sequence)
         blocks += deviation_blocks(builder, section, structure.sequence, phases, dynamics_of_phases)
-        blocks.append(radius_block(builder, section, structure.radius_weight))
+        blocks.append(radius_block(builder, section, structure.radius_weight, scaled=structure.fed_back))
     return blocks
 
 
