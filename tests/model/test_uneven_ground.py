@@ -136,6 +136,7 @@ def test_a_slide_does_not_change_the_clearance_on_inclined_ground():
     values = []
     for slide in (0.0, 0.05):
         x = initial_point(transcription, stated, LinearGuess())
+        x[layout[Unknown.ANGLES]] += [[0.05], [-0.05]]  # the foot lacks most height ahead of the stance foot
         x[layout[Unknown.SLIDE, 0][0]] = slide
         x[layout[Unknown.TRAVEL]] = 0.45 + slide * np.cos(0.15)
         constraints = evaluate(x, nlp_data(transcription, stated, x)).full().ravel()
