@@ -31,7 +31,7 @@ def place_on_plane(place: Any, parameters: Mapping[str, float], incline: str = I
     >>> place_on_plane([1.0, 0.0], {"rise": 0.0, "incline": 0.5}).round(4).tolist()
     [0.8776, 0.4794]
     """
-    angle, place = parameters[incline] if RISE in parameters else 0.0, np.asarray(place, dtype=float)
+    angle, place = parameters.get(incline, 0.0) if RISE in parameters else 0.0, np.asarray(place, dtype=float)
     if angle == 0:
         return place
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]) @ place
