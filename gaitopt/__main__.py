@@ -17,7 +17,7 @@ def main() -> None:
     with collect_rarely():
         former = signal.getsignal(signal.SIGINT)
         if former is signal.default_int_handler:
-            signal.signal(signal.SIGINT, _exit_at_once)
+            signal.signal(signal.SIGINT, _exit_immediately)
         from gaitopt.cli import app
 
         app.import_commands(sys.argv[1:])
@@ -27,7 +27,7 @@ def main() -> None:
         except SystemExit as end:
             if end.code == app.INTERRUPTED:
                 _exit_by_interrupt()
-            gc.freeze()  # the interpreter ends without a search for unreachable objects, a tenth of a solve's time
+            gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
             # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
             raise
@@ -41,7 +41,7 @@ def _exit_by_interrupt() -> None:
     os._exit(128 + signal.SIGINT)
 
 
-def _exit_at_once(number: int, frame: FrameType | None) -> None:
+def _exit_immediately(number: int, frame: FrameType | None) -> None:
     """End the process while the commands are imported, where an exception could be taken for a missing package."""
     os.write(2, b"Interrupted; nothing was written.\n")
     os._exit(128 + number)

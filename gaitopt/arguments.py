@@ -154,7 +154,7 @@ def _find_wrong_argument(
 
     With `numbers`, numbers fit where an expression is expected.
     """
-    signature = _signature(function)
+    signature = _read_signature(function)
     try:
         bound = signature.bind(*arguments, **options)
     except TypeError:
@@ -170,8 +170,8 @@ def _find_wrong_argument(
 
 
 @functools.lru_cache(maxsize=1024)
-def _signature(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a function; records are checked again and again."""
+def _read_signature(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a function, cached because the arguments of a function are checked at every call."""
     return inspect.signature(function)
 
 

@@ -98,7 +98,7 @@ class Parameter:
 
 @functools.lru_cache(maxsize=1024)
 def recall_parameter(name: str, unit: str = "1", **interval: Any) -> Parameter:
-    """Return a parameter without default and description, the same at every call: a solve checks many values again.
+    """Return a parameter without default and description, the same object for the same arguments.
 
     Examples
     --------

@@ -177,7 +177,7 @@ class ProgressLine:
     Raises
     ------
     InputError
-        If the label is not a text, or the stream cannot be written.
+        If the label is not a text, or the stream has no method ``write``.
 
     Examples
     --------

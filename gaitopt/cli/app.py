@@ -134,7 +134,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
 
 
 def _add_setting_hint(error: Any) -> None:
-    """Extend the message of an unknown option by how a parameter of a script is changed, if the command does that."""
+    """Add to the message of an unknown option how a parameter of a script is changed, if the command has --set."""
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None or getattr(error, "possibilities", None):
         return

@@ -25,7 +25,7 @@ def find_planar_gaits(
 ) -> tuple["PlanarCycle", ...] | None:
     """Return the periodic gaits of a robot with several contacts; None for a robot with one foot on the ground.
 
-    A saved gait is assessed under a law; the gait of an optimal-control problem is solved before.
+    A saved gait is assessed under a law; that of an optimal-control problem is solved first.
 
     Raises
     ------

@@ -16,7 +16,7 @@ STARTS = 8
 
 
 def read_subjects(files: Mapping[str, Path], script: Path | None) -> "dict[str, Reported]":
-    """Return gaits by label: those of files, of one or several steps, and the first periodic gait of walking scripts.
+    """Return gaits by label: those in files, of one or several steps, and the first periodic gait of each script.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Points of codimension two, at which a curve of special points meets a curve of another kind.
 
-The curve is sampled on one side of the point; the other curve, which bounds the same gaits, along parallels to the
-tangent.  Both are smooth up to the point, so that it is where their interpolating polynomials intersect.
+The curve is sampled on one side of the point.  The other curve, which bounds the same gaits, is sampled along parallels
+to the tangent.  Both are smooth up to the point, so it is the intersection of their interpolating polynomials.
 """
 
 from collections.abc import Iterable
@@ -17,17 +17,17 @@ from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.motion.motion import Array
 
 SAMPLES = 3
-"""Number of points of each curve."""
+"""Number of samples of each curve."""
 DEPTHS = (0.2, 0.03, 0.004)
-"""Distance of the parallels from the tangent, relative to the distance of the samples of the curve, in order."""
+"""Distances of the parallels from the tangent, relative to the distance between samples of the curve, in order."""
 REDUCTION = 0.2
-"""Ratio of the distances of the samples in successive locations."""
+"""Ratio of the distances between samples at successive locations."""
 BEHIND, BEYOND = 8.0, 4.0
-"""Ends of the search for the other curve, relative to the distance of the samples."""
+"""Ends of the search for the other curve, relative to the distance between samples."""
 SAME_POINT = 1e-5
-"""Largest difference of the last two locations."""
+"""Largest distance between the last two locations."""
 PARALLEL = 1e-5
-"""Difference of two slopes below which curves do not intersect."""
+"""Difference of two slopes below which curves are regarded as parallel."""
 
 
 class Meeting(NamedTuple):
@@ -50,7 +50,7 @@ def locate_meeting(search: LineSearch, last: PlanePoint, tangent: Array, step: f
     step : float
         Distance from the last point within which the curve ends.
     finest : float
-        Distance of the samples at the last location.
+        Distance between samples at the last location.
     """
     meeting, base = _intersect(search, last, last.place, tangent, step), last.place
     while meeting is not None and step > finest:
@@ -108,7 +108,7 @@ def locate_corner(search: LineSearch, last: PlanePoint, following: PlanePoint, s
     search : LineSearch
     last, following : PlanePoint
     step : float
-        Distance of the points between which the corner is sought.
+        Distance between the points from which the corner is located.
     """
     while last.special.after != following.special.after:
         move = following.place - last.place
@@ -119,8 +119,8 @@ def locate_corner(search: LineSearch, last: PlanePoint, following: PlanePoint, s
             if first is None:
                 return None
             last, following = (replace(first, special=each.special, near=each.near) for each in (last, following))
-            again = _intersect_sides(search, last, following, tangent, REDUCTION * step)
-            return again if again is not None and _agree(first, again) else None
+            refined = _intersect_sides(search, last, following, tangent, REDUCTION * step)
+            return refined if refined is not None and _agree(first, refined) else None
         middle = search.locate(last, (last.place + following.place) / 2, last.across(tangent), length / 2)
         if isinstance(middle, str):
             return None
@@ -187,7 +187,7 @@ def _agree(one: PlanePoint, other: PlanePoint) -> bool:
 
 
 def _move(points: list[PlanePoint], along: list[float], place: Array, end: float) -> PlanePoint:
-    """Return the first of some points of a curve moved to a place, with the extrapolated state."""
+    """Return the first of some points of a curve, moved to a place, with the extrapolated state."""
     states = np.array([point.special.z for point in points])
     z = np.array([_fit(along, column.tolist())(end) for column in states.T])
     return replace(points[0], place=place, special=replace(points[0].special, z=z))

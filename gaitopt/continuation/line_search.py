@@ -32,6 +32,7 @@ class PlanePoint:
         Scaled parameters.
     special : SpecialPoint
     near : (n,) array
+        Unknowns of the gait beside the special point.
     normal : (2,) array
         Direction in which the special point is passed, from the sequence before it to that after it.
     offset : float
@@ -69,7 +70,7 @@ class LineSearch:
     options: TraceOptions
 
     def locate(self, last: PlanePoint, place: Array, normal: Array, step: float) -> PlanePoint | str:
-        """Return the special point of the kind of another one on the line through a place, or why there is none.
+        """Return the special point of the same kind as another one on the line through a place, or why there is none.
 
         Parameters
         ----------
@@ -101,7 +102,7 @@ class LineSearch:
     def first_special(
         self, family: AnyFamily, near: Array, ends: tuple[float, float]
     ) -> tuple[CurvePoint, CurvePoint, SpecialPoint] | None:
-        """Return the first point of a branch on a line, the last one before its first special point, and the latter.
+        """Return the first point of a branch on a line, the last one before a special point, and this special point.
 
         Parameters
         ----------
@@ -109,7 +110,7 @@ class LineSearch:
         near : (n,) array
             Gait from which Newton's method starts.
         ends : (float, float)
-            Begin and end of the search on the line.
+            Start and end of the search on the line.
         """
         arclength, reach = self.options.arclength, abs(ends[0])
         arclength = attrs.evolve(

@@ -147,7 +147,7 @@ def smooth_special_points(
     stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe
 ) -> list[CurvePoint | SpecialPoint]:
     """Return the bifurcations between two points of the same structure in order, each after its point."""
-    found = list[tuple[float, CurvePoint, SpecialPoint]]()
+    bifurcations = list[tuple[float, CurvePoint, SpecialPoint]]()
     if float(np.linalg.norm(stepper.position(other) - stepper.position(one))) <= SHORTEST_PIECE:
         return []  # rounding errors decide the signs of the test functions
     for kind, test in _crossed_tests(stepper, one, other):
@@ -170,8 +170,8 @@ def smooth_special_points(
             test=test(point),
             direction=_direction(stepper, point, kind),
         )
-        found.append((distance, point, special))
-    ordered = sorted(found, key=lambda each: each[0])
+        bifurcations.append((distance, point, special))
+    ordered = sorted(bifurcations, key=lambda each: each[0])
     return [item for _, point, special in ordered for item in (point, special)]
 
 

@@ -28,7 +28,7 @@ FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.03, 0.1, 1e-3
 CLOSE = 0.02
 """Distance from the end of a curve within which a point of codimension two is sought there."""
 FINEST = 2e-4
-"""Distance of the points from which a point of codimension two is located."""
+"""Smallest distance between the points from which a point of codimension two is located."""
 MOST_POINTS = 400
 ON_BORDER = 1e-9
 """Scaled distance from the border of the range within which a curve ends at its start."""

@@ -12,6 +12,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import LawInputs, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
@@ -24,6 +25,7 @@ UNLIMITED = 1e9
 """Limit [N m] of an unlimited actuator of a robot with other, limited actuators."""
 
 
+@check_arguments
 def torque_limits(robot: Robot | PlanarRobot, limits: float | Mapping[str, float]) -> Array:
     """Return the limit of each actuator [N m], shape (n_u,); empty if none is limited.
 
@@ -51,6 +53,7 @@ def torque_limits(robot: Robot | PlanarRobot, limits: float | Mapping[str, float
     return np.minimum(values, UNLIMITED) if np.any(np.isfinite(values)) else np.zeros(0)
 
 
+@check_arguments
 def limit_torque(law: Law, limits: Array) -> Law:
     """Return the law with torque limits [N m], shape (n_u,), or the law itself if `limits` is empty.
 

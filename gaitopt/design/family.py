@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @check_arguments
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Several gaits of one walker, whose free parameters and other shared quantities have the same values in all.
+    """Several gaits of one walker with the same values of the free parameters and of other shared quantities.
 
     The gaits may differ in speed, slope, friction, contact sequence, limits and objective.
 
@@ -37,8 +37,8 @@ class Family:
     name : str
     shared : tuple of str
         Other quantities with the same values in all gaits: ``"torques"`` at equal fractions of each phase, and
-        ``"gains"`` of the law of :class:`gaitopt.StabilityBound`.  All grids are then those of the problems, by default
-        40 intervals of a sticking phase.
+        ``"gains"`` of the law of :class:`gaitopt.StabilityBound`.  The grids are then
+        those of the problems, by default with 40 intervals in a sticking phase, and not refined.
 
     Raises
     ------
@@ -76,7 +76,10 @@ class Family:
             if problem.robot is not problems[0].robot:
                 raise InputError(f"Problem {number} of a Family must have the same robot as the first one.")
             if not (problems[0].free or shared):
-                raise InputError("The problems of a Family must have at least one free parameter; problem 1 has none.")
+                raise InputError(
+                    "The problems of a Family must have at least one free parameter; problem 1 has none. Without free "
+                    "parameters, state shared='torques' or shared='gains'."
+                )
             if problem.free != problems[0].free:
                 raise InputError(
                     f"All problems of a Family must have the same free parameters: problem {number} has "

@@ -64,10 +64,10 @@ def solve_family(family: Family, solver: NlpSolver, observer: SolveObserver) -> 
 
 
 def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:
-    """Return the gaits that share torques or gains, from gaits that do not.
+    """Return the gaits that share torques or gains, starting from gaits that do not.
 
-    The NLP is solved again until the objective no longer changes with the signs of the joint powers that are located in
-    each solution.
+    The sign changes of the joint powers are located in each solution, and the NLP is solved again, until the objective
+    no longer changes.
     """
     methods = [problem.transcription for problem in family.problems]
     problems = [
@@ -244,9 +244,9 @@ def _solve_jointly(
     nlp, limits = join_nlps(layout), _join_bounds(layout, members)
     outcome = solver.minimise(nlp, x, data, limits, observer, multipliers, barrier)
     if outcome.status.ok:
-        at = slice(layout.n_shared)
+        shared = slice(layout.n_shared)
         x = np.concatenate(
-            [np.clip(outcome.x[at], limits.x_lower[at], limits.x_upper[at]), outcome.x[layout.n_shared :]]
+            [np.clip(outcome.x[shared], limits.x_lower[shared], limits.x_upper[shared]), outcome.x[layout.n_shared :]]
         )
         outcome = refine_feasibility(nlp, replace(outcome, x=x), data, limits)
     results = [
@@ -282,10 +282,10 @@ def _initial_point(
 def _join_bounds(layout: JointLayout, members: Sequence[_Member]) -> Bounds:
     """Return the bounds of the NLP of all gaits."""
     lower, upper = (layout.gather([getattr(m.limits, name) for m in members]) for name in ("x_lower", "x_upper"))
-    places = [list(member.shared) for member in members]
+    columns = [list(member.shared) for member in members]
     common = slice(layout.n_shared)
-    lower[common] = np.max([m.limits.x_lower[at] for m, at in zip(members, places, strict=True)], axis=0)
-    upper[common] = np.min([m.limits.x_upper[at] for m, at in zip(members, places, strict=True)], axis=0)
+    lower[common] = np.max([m.limits.x_lower[each] for m, each in zip(members, columns, strict=True)], axis=0)
+    upper[common] = np.min([m.limits.x_upper[each] for m, each in zip(members, columns, strict=True)], axis=0)
     rows = [np.concatenate([getattr(m.limits, name) for m in members]) for name in ("g_lower", "g_upper")]
     if layout.worst_case:
         lower[layout.n_shared], upper[layout.n_shared] = -np.inf, np.inf

@@ -14,7 +14,7 @@ SHARED_UNKNOWNS = {"torques": Unknown.TORQUE, "gains": Unknown.GAIN}
 
 
 def check_shared_quantities(names: Sequence[str], problems: Sequence[GaitProblem]) -> None:
-    """Raise InputError unless some problems can share quantities.
+    """Raise InputError unless the names of shared quantities are known and the problems can share them.
 
     Examples
     --------
@@ -26,6 +26,8 @@ def check_shared_quantities(names: Sequence[str], problems: Sequence[GaitProblem
     for name in names:
         if name not in SHARED_UNKNOWNS:
             raise InputError(f"A Family has no shared quantity {name!r}. {suggest(name, SHARED_UNKNOWNS)}")
+    if len(set(names)) < len(names):
+        raise InputError(f"The shared quantities of a Family must differ, got {', '.join(map(repr, names))}.")
     for number, problem in enumerate(problems, start=1):
         first = problems[0]
         if "gains" in names and not (problem.stability and problem.stability.gain_limit):

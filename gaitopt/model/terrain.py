@@ -23,7 +23,7 @@ class Piece(NamedTuple):
     begin, end : float [m]
         Its places along the ground; infinite for the first and the last piece.
     height : float [m]
-        Height at its begin; of the first piece, everywhere.
+        Height at the place `begin`; of the first piece, everywhere.
     friction : float or None
         Coefficient of kinetic friction; None where it is the parameter ``friction``.
     grade : float
@@ -46,7 +46,7 @@ class Piece(NamedTuple):
 
     @property
     def incline(self) -> float:
-        """Inclination against the plane, uphill positive [rad]."""
+        """Inclination relative to the plane, uphill positive [rad]."""
         return math.atan(self.grade)
 
 
@@ -174,7 +174,7 @@ def check_terrain(terrain: object) -> Terrain | None:
     Raises
     ------
     InputError
-        If it is something else.
+        If it is neither a Terrain nor None.
     """
     if terrain is not None and not isinstance(terrain, Terrain):
         raise InputError(f"terrain must be a Terrain such as Terrain(steps=[(1.2, -0.02)]), got {terrain!r}.")
@@ -182,7 +182,7 @@ def check_terrain(terrain: object) -> Terrain | None:
 
 
 def refuse_terrain(parameters: Mapping[str, object]) -> None:
-    """Raise InputError if parameters contain a terrain, which is no parameter of a robot."""
+    """Raise InputError if parameters contain a terrain, which is not a parameter of a robot."""
     if check_terrain(parameters.get(TERRAIN)) is not None:
         raise InputError(
             "A terrain is accepted by simulate_planar and place_planar, and by MultiStepProblem for plans of robots "
@@ -203,7 +203,7 @@ def _check_order(name: str, names: str, bands: Sequence[tuple[float, float, floa
 def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
     """Return rows of numbers as tuples of floats."""
     try:
-        numbers = [tuple(_number(value) for value in row) for row in rows]  # type: ignore[attr-defined]
+        numbers = [tuple(_read_number(value) for value in row) for row in rows]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
         numbers = None
     if numbers is None or any(len(row) != size or not all(map(math.isfinite, row[:2])) for row in numbers):
@@ -211,8 +211,8 @@ def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
     return numbers
 
 
-def _number(value: object) -> float:
-    """Return a number as a float; ValueError for a text or a truth value."""
+def _read_number(value: object) -> float:
+    """Return a number as a float; ValueError for a text or a Boolean."""
     if isinstance(value, bool | str):
         raise ValueError
     return float(value)  # type: ignore[arg-type]

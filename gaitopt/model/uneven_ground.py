@@ -1,4 +1,4 @@
-"""Robots on uneven ground: the landing foot meets the ground at another height and inclination than the stance foot.
+"""Robots on uneven ground, whose height and inclination differ between the stance foot and the landing foot.
 
 The coordinates of the stance foot are those along and across the ground below it, so the contact modes and the friction
 cones are those of the inclined ground.  The angles are measured as on the plane.
@@ -21,7 +21,7 @@ from gaitopt.model.step_check import exempt_from_step_check, require_valid_step
 from gaitopt.parameters import Parameter
 
 STEEPEST = 1.0
-"""Largest inclination of the ground against the plane [rad]."""
+"""Largest inclination of the ground relative to the plane [rad]."""
 
 PASSED = 0.05
 """Least distance of the landing foot ahead of the stance foot at a touchdown [m].
@@ -89,11 +89,11 @@ def adapt_to_uneven_ground(robot: Robot) -> Robot:
     """Return a robot with the height and the inclination of the ground at its footholds as parameters.
 
     The added parameters are ``rise`` [m], the height of the ground of the next foothold above the stance foot;
-    ``incline`` [rad], the inclination of the ground at the stance foot against the plane, uphill positive; and
-    ``next_incline`` [rad], that of the next foothold, whose ground is extended to below the stance foot for `rise`.
-    With ``rise`` alone, the steps of a periodic gait are those of stairs.  Potential energy, positions and travel are
-    those of the plane.  The touchdown is armed as on
-    level ground, but not before the landing foot is 5 cm ahead of the stance foot.
+    ``incline`` [rad], the inclination of the ground at the stance foot relative to the plane, uphill positive; and
+    ``next_incline`` [rad], that of the ground at the next foothold.  The ground of the next foothold is extended to the
+    stance foot, where `rise` is measured.  With ``rise`` alone, the steps of a periodic gait are those of stairs.
+    Potential energy, positions and travel are those of the plane.  The touchdown is armed as on level ground, but not
+    before the landing foot is 5 cm ahead of the stance foot.
 
     Parameters
     ----------
@@ -127,20 +127,23 @@ def adapt_to_uneven_ground(robot: Robot) -> Robot:
 def _adapt(robot: Robot) -> Robot:
     names = {parameter.name for parameter in robot.parameters}
     if names & {INCLINE, NEXT_INCLINE}:
-        raise InputError(f"Robot {robot.name!r} has a parameter {INCLINE!r} or {NEXT_INCLINE!r} of another meaning.")
+        raise InputError(
+            f"Robot {robot.name!r} must not have parameters named {INCLINE!r} or {NEXT_INCLINE!r}: these names are "
+            "reserved for the inclinations of the ground."
+        )
     if not robot.rims(ca.SX.sym("q", robot.n_q), ca.SX.sym("p", len(robot.parameters)))[2, :].is_zero():
         raise InputError(f"Robot {robot.name!r} has round feet; uneven ground is accepted for point feet only.")
     require_valid_step(robot)
     count = len(robot.parameters) - len(GROUND)
     parameters = (*robot.parameters[:count], *UNEVEN, *robot.parameters[count:])
-    view = _View(robot, tuple(parameter.name for parameter in parameters))
+    inclined = _InclinedFunctions(robot, tuple(parameter.name for parameter in parameters))
     adapted = robot.replace_fields(
-        description=f"{robot.description}, on uneven ground", parameters=parameters, **view.functions()
+        description=f"{robot.description}, on uneven ground", parameters=parameters, **inclined.functions()
     )
     return exempt_from_step_check(adapted)
 
 
-class _View:
+class _InclinedFunctions:
     """The Functions of a robot in the coordinates of its stance foot along and across inclined ground.
 
     With R(b) = [[cos b, -sin b], [sin b, cos b]], the stance foot is at R(incline) (s, n) in the plane's coordinates,
@@ -155,10 +158,10 @@ class _View:
         p = self.symbols["p"]
         self.rise, incline, next_incline = (p[names.index(name)] for name in (RISE, INCLINE, NEXT_INCLINE))
         self.parameters = p[[names.index(parameter.name) for parameter in robot.parameters]]
-        self.turn, self.next_turn = stance_rotation(incline), stance_rotation(next_incline)
+        self.rotation, self.next_rotation = stance_rotation(incline), stance_rotation(next_incline)
         self.grade = ca.tan(next_incline)
-        self.transform = ca.diagcat(self.turn, ca.SX.eye(n - 2))
-        self.next_transform = ca.diagcat(self.next_turn, ca.SX.eye(n - 2))
+        self.transform = ca.diagcat(self.rotation, ca.SX.eye(n - 2))
+        self.next_transform = ca.diagcat(self.next_rotation, ca.SX.eye(n - 2))
 
     def plane(self, name: str) -> ca.SX:
         """Return coordinates, rates or accelerations along the plane."""
@@ -209,8 +212,8 @@ class _View:
 
     def _dynamics(self) -> list[ca.SX]:
         mass_matrix, bias, actuation = self.robot.dynamics(self.plane("q"), self.plane("v"), self.parameters)
-        turned = self.transform.T
-        return [turned @ mass_matrix @ self.transform, turned @ bias, turned @ actuation]
+        transposed = self.transform.T
+        return [transposed @ mass_matrix @ self.transform, transposed @ bias, transposed @ actuation]
 
     def _inverse_dynamics(self) -> list[ca.SX]:
         motion = [self.plane("q"), self.plane("v"), self.plane("a"), self.symbols["u"], self.parameters]
@@ -226,8 +229,8 @@ class _View:
 
     def _collision(self) -> list[ca.SX]:
         velocity, mobility, spread = self.robot.collision(self.plane("q"), self.plane("v"), self.parameters)
-        turn = self.next_turn
-        return [turn.T @ velocity, turn.T @ mobility @ turn, self.transform.T @ spread @ turn]
+        rotation = self.next_rotation
+        return [rotation.T @ velocity, rotation.T @ mobility @ rotation, self.transform.T @ spread @ rotation]
 
     def _touchdown(self) -> list[ca.SX]:
         q, v = self.plane("q"), self.plane("v")
@@ -239,13 +242,13 @@ class _View:
 
     def _momentum(self) -> list[ca.SX]:
         linear, angular = self.robot.momentum(self.plane("q"), self.plane("v"), self.parameters)
-        return [self.turn.T @ linear, angular]
+        return [self.rotation.T @ linear, angular]
 
     def _impact(self) -> list[ca.SX]:
-        impulse = self.next_turn @ self.symbols["impulse"]
+        impulse = self.next_rotation @ self.symbols["impulse"]
         rates = self.plane("v_minus"), self.plane("v_plus")
         residual, velocity = self.robot.impact(self.plane("q"), *rates, impulse, self.parameters)
-        return [self.transform.T @ residual, self.next_turn.T @ velocity]
+        return [self.transform.T @ residual, self.next_rotation.T @ velocity]
 
     def _swap(self) -> list[ca.SX]:
         following = self.robot.swap(self.plane("q"), self.plane("v"), self.parameters)

@@ -147,10 +147,10 @@ def assign_links(links: Links, feet: Mapping[int, int], bodies: Sequence[str]) -
 
 
 def number_legs(bodies: Mapping[int, str], exchange: Sequence[int]) -> dict[int, int]:
-    """Return the number of the leg of each foot, from 0: contacts of one body, as heel and toe, belong to one leg.
+    """Return the number of the leg of each foot, from 0: contacts of one body, such as heel and toe, belong to one leg.
 
-    Contacts without a body have a leg each, and so have those of a body on which they are exchanged for each other,
-    as the tips of a wheel.
+    Each contact without a body has a leg, and so has each contact that the leg exchange maps to another contact of the
+    same body, such as the tips of a wheel.
 
     Parameters
     ----------
@@ -166,8 +166,8 @@ def number_legs(bodies: Mapping[int, str], exchange: Sequence[int]) -> dict[int,
     >>> number_legs({0: "wheel", 1: "wheel"}, [1, 0]), number_legs({0: "", 1: ""}, [1, 0])
     ({0: 0, 1: 1}, {0: 0, 1: 1})
     """
-    rolling = {body for foot, body in bodies.items() if exchange[foot] != foot and bodies[exchange[foot]] == body}
-    keys = {foot: body if body and body not in rolling else foot for foot, body in bodies.items()}
+    wheels = {body for foot, body in bodies.items() if exchange[foot] != foot and bodies[exchange[foot]] == body}
+    keys = {foot: body if body and body not in wheels else foot for foot, body in bodies.items()}
     order = list(dict.fromkeys(keys.values()))
     return {foot: order.index(key) for foot, key in keys.items()}
 

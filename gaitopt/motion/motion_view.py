@@ -45,7 +45,7 @@ class ContactView:
     leg : str
         Name of its leg in figures.
     leg_number : int
-        Number of its leg, from 0; heel and toe of a foot have the same.  That of a joint stop is 0.
+        Number of its leg, from 0; heel and toe of a foot have the same number.  That of a joint stop is 0.
     slides : bool
         Whether it has a slide coordinate and so a tangential force.
     """

@@ -100,7 +100,7 @@ def friction_margin(gait: PlanarGait) -> float:
 
 
 def find_depths(gait: PlanarGait) -> dict[str, float]:
-    """Return how deep each foot is below the ground while it swings [m]; 0 for one that never is.
+    """Return the largest depth of each foot below the ground while it swings [m]; 0 if it is never below.
 
     Examples
     --------

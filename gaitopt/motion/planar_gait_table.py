@@ -61,7 +61,7 @@ def _numbers(gait: PlanarGait) -> Facts:
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
     facts += [
-        ("below ground", f"{name} by {1e3 * depth:.3g} mm while it is not armed, in swing")
+        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing, while it is not armed")
         for name, depth in find_depths(gait).items()
         if depth > LEAST_DEPTH
     ]

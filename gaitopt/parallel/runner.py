@@ -86,7 +86,7 @@ def run_tasks(
     with hold_interrupt() as interrupt:
         with executor:
             yield from _run_on(executor, queue, interrupt, meanwhile)
-        interrupt.check()  # received while the workers ended, which leaves none of their semaphores
+        interrupt.check()  # an interrupt while the workers ended; raised now, it leaves none of their semaphores
 
 
 def collect_tasks(

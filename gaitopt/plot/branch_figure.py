@@ -98,7 +98,7 @@ def plot_branches(
 
 
 def _title(diagram: BranchDiagram) -> str:
-    """Return the robot and those of slope and friction that are not varied."""
+    """Return the title: the robot, and slope and friction unless they are varied."""
     values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
     if "slope" in values and diagram.parameter != "slope":
         facts.append(f"slope {math.degrees(values['slope']):.4g} deg")
@@ -140,7 +140,7 @@ def _draw_branch(
 ) -> None:
     """Draw a branch in pieces of equal sequence and stability.
 
-    The line between a stable and an unstable gait is that of the unstable one.  Pieces of different sequences are
+    The line between a stable and an unstable gait has the style of the unstable one.  Pieces of different sequences are
     joined unless the quantity is discontinuous between them.
     """
     kinds = [(distinct_steps(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]

@@ -82,7 +82,7 @@ class FigureStyle:
     Raises
     ------
     InputError
-        If the width is not within 0 and 100 inch, or the font size not within 1 and 500 pt.
+        If the width is not between 0 and 100 inches, or the font size not between 1 and 500 pt.
 
     Examples
     --------
@@ -200,7 +200,7 @@ def leg_color(number: int) -> str:
 
 
 def foot_line_style(number: int, leg: int) -> dict[str, Any]:
-    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and dashes of its number.
+    """Return the style of the line of the n-th contact, from 0: the colour of its leg, and the dashes of its number.
 
     Examples
     --------

@@ -106,10 +106,11 @@ def verify_steps(
     complete = len(walked.jumps) == len(planned.jumps)
     error = _state_error(planned, walked) if complete else float("inf")
     late = abs(walked.segments[-1].time[-1] - planned.segments[-1].time[-1])
-    residual = ledger(walked).relative_residual
+    residual = _energy_residual(walked) if stepwise else ledger(walked).relative_residual
     checks = [
         ("state after touchdown", error, tolerances.state),
         ("duration", late, len(gait.plans) * tolerances.period),
+        ("energy ledger", residual, tolerances.energy),
     ]
     for name, value, allowed in checks:
         if complete and not value <= allowed:
@@ -137,6 +138,19 @@ def _describe(motion: Motion) -> str:
         impacts = [jump.mode.value for jump in motion.jumps if jump.step == number]
         steps.append(" ".join(modes) + " | " + " ".join(impacts))
     return "; ".join(steps)
+
+
+def _energy_residual(motion: Motion) -> float:
+    """Return the largest relative residual of the energy balances of steps that are replayed one by one."""
+    parts = [
+        replace(
+            motion,
+            segments=tuple(segment for segment in motion.segments if segment.step == number),
+            jumps=tuple(jump for jump in motion.jumps if jump.step == number),
+        )
+        for number in range(motion.segments[-1].step + 1)
+    ]
+    return worst(*(ledger(part).relative_residual for part in parts))
 
 
 def _state_error(planned: Motion, walked: Motion) -> float:

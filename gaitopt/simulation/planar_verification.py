@@ -200,7 +200,7 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
         ("energy ledger", residual, tolerances.energy, ""),
     )
     for name, size, limit, unit in checks:
-        if not size <= limit and (complete or not reasons):  # of a shorter replay there is nothing to compare
+        if not size <= limit and (complete or not reasons):  # a replay that stopped early is not compared
             reasons.append(f"the {name} differs by {size:.2e}{unit}, more than {limit:g}{unit}")
     replayed = gait.replace_fields(motion=walked)
     return PlanarVerification(

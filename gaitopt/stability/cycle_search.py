@@ -136,7 +136,7 @@ def search_cycles(
     if isinstance(starts, Sequence) and not isinstance(starts, str):
         yield from search.find_from(_read_starts(walker, starts))
         return
-    count = int(Parameter("starts", 1, "1", "", lower=1, whole=True).check(starts))
+    count = int(Parameter("starts", 1, "1", "", lower=1, upper=1_000_000, whole=True).check(starts))
     yield from search.find_from_random_starts(count, seed)
 
 

@@ -27,7 +27,7 @@ BORDERS = {
     "D, does not roll over": (("roll_over",), "0.2"),
 }
 """Kinds of special points and colour of each border."""
-OTHER_SIDE = "curve on the other side"
+ADJACENT = "adjacent curve"
 
 STARTS = ((13.0, tuple(BORDERS)), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
 
@@ -77,15 +77,15 @@ def _label(axes, limits, frictions):
 
 
 def _numbers(curves):
-    """Yield the differences of borders from closed forms, and the distances of the ends at which their curves meet."""
+    """Yield the differences of borders from closed forms, and the gaps between the curves of a border."""
     for name in ("B and C", "C and D"):
         parts = sorted(
-            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_left
+            (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_least_slope
         )
         for left, right in itertools.pairwise(parts):
             place = f"{np.degrees(right[0, 1]):.4f} deg"
             yield PublishedValue(
-                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, OTHER_SIDE
+                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, ADJACENT
             )
     for name, curve in curves:
         friction, slope = curve.values.T
@@ -99,7 +99,7 @@ def _numbers(curves):
             yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
 
 
-def _left(values):
+def _least_slope(values):
     """Return the least slope of a border."""
     return values[0, 1]
 

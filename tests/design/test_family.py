@@ -180,6 +180,7 @@ def test_the_summary_is_plain(result):
         (([PROBLEM, rimless_wheel()],), "problem 2 of a Family must be a GaitProblem"),
         (([PROBLEM, PROBLEM.replace(sequence="any | any")],), "A Family"),
         (([PROBLEM] * 2, None, False, "family", "torque"), "no shared quantity 'torque'.*'torques'"),
+        (([PROBLEM] * 2, None, False, "family", ["torques"] * 2), "must differ, got 'torques', 'torques'"),
         (([PROBLEM] * 2, None, False, "family", ["gains"]), "gain_limit.*problem 1 has stability=None"),
         (([PROBLEM, PROBLEM.replace(sequence="stick | stick")], None, False, "family", "torques"), "same contact seq"),
     ],

@@ -192,3 +192,10 @@ def test_accelerations_and_forces_satisfy_the_equations_of_a_phase():
             assert z[0] == pytest.approx(along - friction * 9.81 * np.cos(slope), rel=1e-13)
             assert z[2] == pytest.approx(friction * 2 * 9.81 * np.cos(slope) * radius / inertia, rel=1e-13)
         assert z[3] == pytest.approx(2 * 9.81 * np.cos(slope), rel=1e-13)
+
+
+def test_a_condition_that_is_rarely_positive_is_no_fault():
+    c = PlanarCoordinates(("x", "y"), [GRAVITY])
+    place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    contact = PointContact(place, armed=ca.if_else(c.coordinate("x") > 50, 1, -1))
+    assert check_planar(assemble_planar("ball", c, bodies=[PointMass(1.0, place)], contacts={"sole": contact})).passed

@@ -1,20 +1,25 @@
 """Infeasible problems: quick reports with the limits that conflict, told apart from iteration limits."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from gaitopt import Collocation, Ipopt, Limits, RandomPerturbation, Status, solve
+from gaitopt import Collocation, Ipopt, Limits, RandomPerturbation, StabilityBound, Status, solve
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.solution.conflict_search import elastic_solver
+from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.infeasibility import COLD_START_ITERATIONS, conclude_failure, limit_iterations
+from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.progress import silent
 
 COARSE = Collocation(intervals=10, tolerance=math.inf)
 SMOOTH = {"objective": "torque_squared", "transcription": COARSE}
+BOUND = StabilityBound(radius=0.5)
+WITHOUT_BOUND = ", even without the bound on the spectral radius"
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +64,20 @@ def test_limits_that_only_suffice_together_are_marked(reference_problem):
     assert str(gait.solver.conflicts[0]).endswith("would suffice if the other conflicting limits were relaxed too")
     assert solve(problem.replace(**changes)).status is Status.SOLVED
     assert solve(problem.replace(speed=changes["speed"])).status is Status.INFEASIBLE
+    with_bound = check_conflicts_with_radius(problem.replace(stability=BOUND), gait, [], Ipopt(), silent)
+    assert with_bound.solver.conflicts == gait.solver.conflicts
+    assert with_bound.solver.message == gait.solver.message + WITHOUT_BOUND
+
+
+def test_conflicts_not_examined_with_the_bound_of_the_radius_are_those_without_it(weak, monkeypatch):
+    gait = solve(weak)
+    monkeypatch.setattr("gaitopt.ocp.solution.radius_conflict._relax_each", lambda *_: {})
+    monkeypatch.setattr("gaitopt.ocp.solution.radius_conflict._solve_without", lambda *_: None)
+    problem = weak.replace(stability=StabilityBound(radius=50))
+    for failure in (gait, gait.with_failure(Status.INFEASIBLE, gait.solver.message)):
+        concluded = check_conflicts_with_radius(problem, failure, [LinearGuess()], Ipopt(), silent)
+        assert concluded.solver.conflicts == failure.solver.conflicts
+        assert concluded.solver.message == gait.solver.message + WITHOUT_BOUND
 
 
 def test_both_ends_of_a_range_of_an_angle_are_named_if_both_conflict(reference_problem):
@@ -143,6 +162,50 @@ def test_a_feasible_problem_that_is_not_solved_is_not_infeasible(reference_probl
     assert concluded.status is Status.FAILED
     assert concluded.solver.conflicts == ()
     assert concluded.solver.message.endswith("from a motion that satisfies all limits on a coarse grid")
+
+
+@pytest.mark.parametrize(
+    ("status", "has_fixed_gait", "conclusion"),
+    [
+        (Status.INFEASIBLE, True, Status.FAILED),
+        (Status.INFEASIBLE, False, Status.FAILED),
+        (Status.TIME_LIMIT, True, Status.TIME_LIMIT),
+    ],
+)
+def test_a_problem_with_a_feasible_motion_at_fixed_parameters_is_not_infeasible(
+    reference_problem, monkeypatch, status, has_fixed_gait, conclusion
+):
+    problem = reference_problem(free={"leg_com": (0.7, 0.9)}, **SMOOTH)
+    failure = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=3), silent)
+    wrong = failure.with_failure(Status.INFEASIBLE, "Infeasible_Problem_Detected")
+    minimise_excess = ElasticProblem.minimise_excess
+
+    def fail_with_free_parameters(elastic, guess):
+        result = minimise_excess(elastic, guess)
+        return replace(result, status=Status.INFEASIBLE) if elastic.problem.free else result
+
+    def solve_fixed(stated, *arguments):
+        if has_fixed_gait and not stated.free:
+            return solve_from_start(stated, *arguments)
+        return wrong.with_failure(status, "stopped")
+
+    monkeypatch.setattr(ElasticProblem, "minimise_excess", fail_with_free_parameters)
+    monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.solve_from_start", solve_fixed)
+    assert conclude_failure(problem, wrong, [LinearGuess()], Ipopt(), silent).status is conclusion
+
+
+def test_a_time_limit_of_the_search_with_fixed_parameters_is_reported(reference_problem, monkeypatch):
+    problem = reference_problem(free={"leg_com": (0.7, 0.9)}, **SMOOTH)
+    failure = solve_from_start(problem, LinearGuess(), Ipopt(max_iterations=3), silent)
+    minimise_excess = ElasticProblem.minimise_excess
+
+    def stop_with_fixed_parameters(elastic, guess):
+        result = minimise_excess(elastic, guess)
+        return replace(result, status=Status.INFEASIBLE if elastic.problem.free else Status.TIME_LIMIT)
+
+    monkeypatch.setattr(ElasticProblem, "minimise_excess", stop_with_fixed_parameters)
+    gait = conclude_failure(problem, failure, [LinearGuess()], Ipopt(), silent)
+    assert gait.status is Status.TIME_LIMIT
 
 
 @pytest.mark.parametrize("number", [1, 3, 6])

@@ -1,5 +1,6 @@
 """Gaits of several steps: start from rest, a slippery patch, period two, each verified by replay."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from gaitopt import GaitProblem, InputError, Limits, Status, WarmStart, compass_biped, solve
 from gaitopt.ocp import MultiStepProblem, TorqueSquared, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.ocp.multistep.multistep_solver import _gait
-from gaitopt.simulation import verify_steps
+from gaitopt.simulation import Tolerances, verify_steps
 
 REST = {"th1_rate": 0.0, "th2_rate": 0.0}
 
@@ -46,6 +47,13 @@ def check_replay(gait, tolerance=1e-6):
 def test_two_equal_steps_are_the_periodic_gait_twice(periodic):
     gait = check_replay(solve_steps(MultiStepProblem(steps=(step(), step()))))
     assert gait.objective == pytest.approx(2 * periodic.solver.objective, rel=1e-6)
+
+
+def test_the_energy_balance_of_the_replay_is_checked():
+    gait = solve_steps(MultiStepProblem(steps=(step(),)))
+    verification = verify_steps(gait, tolerances=Tolerances(state=1e-5, energy=0.0)).verification
+    assert not verification.passed
+    assert "energy ledger" in verification.reasons[0]
 
 
 def test_a_gait_of_period_two_has_steps_of_different_lengths():
@@ -130,6 +138,9 @@ def test_rest_directly_after_a_touchdown_is_infeasible(periodic, free):
         ({"start": {"foot_speed": 0.1}, "end": {}}, "must be 0"),
         ({"footholds": {0: (0, 1)}}, "counted from 0"),
         ({"footholds": {1: (2, 1)}}, "lower, upper"),
+        ({"footholds": {1: (math.inf, math.inf)}}, "lower < inf and upper > -inf"),
+        ({"footholds": {1: (-math.inf, -math.inf)}}, "lower < inf and upper > -inf"),
+        ({"expected_places": {1: math.nan}}, "must be finite, got nan"),
     ],
 )
 def test_invalid_problems_are_refused(fields, message):
@@ -140,25 +151,35 @@ def test_invalid_problems_are_refused(fields, message):
 def test_steps_of_different_robots_are_refused():
     with pytest.raises(InputError, match="different robot"):
         MultiStepProblem(steps=(step(), step(parameters={"hip_mass": 3.0})))
+    with pytest.raises(InputError, match=r"free parameters \['leg_com'\]"):
+        MultiStepProblem(steps=(step(free={"leg_com": (0.3, 0.7)}),) * 2)
     with pytest.raises(InputError, match="MultiStepProblem"):
         solve_steps(step())
 
 
-@pytest.mark.parametrize(("finer_error", "finer_status"), [(1e-3, Status.SOLVED), (1e-9, Status.FAILED)])
+@pytest.mark.parametrize(
+    ("finer_error", "finer_status", "status"),
+    [
+        (1e-3, Status.SOLVED, Status.SOLVED),
+        (1e-9, Status.FAILED, Status.SOLVED),
+        (1e-9, Status.INTERRUPTED, Status.INTERRUPTED),
+        (1e-9, Status.TIME_LIMIT, Status.TIME_LIMIT),
+    ],
+)
 def test_a_finer_grid_that_is_less_accurate_or_fails_leaves_the_coarser_solution(
-    monkeypatch, finer_error, finer_status
+    monkeypatch, finer_error, finer_status, status
 ):
     results = iter([(1e-6, Status.SOLVED), (finer_error, finer_status)])
     made = []
 
     def make_gait(*arguments):
-        error, status = next(results)
-        made.append(replace(_gait(*arguments), error_between_nodes=error, status=status))
+        error, reached = next(results)
+        made.append(replace(_gait(*arguments), error_between_nodes=error, status=reached))
         return made[-1]
 
     monkeypatch.setattr("gaitopt.ocp.multistep.multistep_solver._gait", make_gait)
     gait = solve_steps(MultiStepProblem(steps=(step(),)))
     assert len(made) == 2
-    assert (gait.status, gait.error_between_nodes) == (Status.SOLVED, 1e-6)
+    assert (gait.status, gait.error_between_nodes) == (status, 1e-6)
     assert gait.plans is made[0].plans
     assert gait.iterations == made[1].iterations

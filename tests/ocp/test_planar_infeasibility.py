@@ -4,11 +4,14 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import pytest
 
-from gaitopt import InputError, Status
+from gaitopt import Damper, InputError, Parameter, PointContact, PointMass, Status
 from gaitopt.cli.script import load_script
-from gaitopt.ocp import Collocation, PlanarLimits, solve_planar
+from gaitopt.model.planar.planar_assembly import assemble_planar
+from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
+from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_solver import _Start
@@ -119,6 +122,20 @@ def test_slip_in_one_direction_is_possible_if_gravity_balances_friction():
     assert "-tan(slope) = -0.1003" in explain_one_way_slip(downhill.replace(sequence="foot slip- > flight |"))
     assert explain_one_way_slip(downhill.replace(friction=0.2, sequence="foot stick > flight |")) is None
     assert explain_one_way_slip(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
+
+
+def test_slip_in_one_direction_is_possible_if_drag_balances_friction():
+    c = PlanarCoordinates(("x", "y"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")])
+    place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+
+    def block(*forces):
+        parts = {"bodies": [PointMass(1.0, place)], "contacts": {"foot": PointContact(place)}}
+        return assemble_planar("block", c, actuators={"lift": place[1]}, forces=forces, **parts)
+
+    problem = PlanarProblem(robot=block(), sequence="foot slip- > flight |", friction=0.1, speed=1.0)
+    assert "-tan(slope) = 0" in explain_one_way_slip(problem)
+    assert explain_one_way_slip(problem.replace(robot=block(Damper(place[0], 5.0)))) is None
+    assert explain_one_way_slip(problem.replace(robot=block(Damper(place[1], 5.0)))) is not None
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, ledger, solve
+from gaitopt import GaitProblem, InputError, Limits, Status, WarmStart, compass_biped, ledger, solve
 from gaitopt.cli.script import load_script
 from gaitopt.model import Terrain
 from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
@@ -76,6 +76,7 @@ def test_energy_and_heights_of_a_step_down(down):
     stepwise = verify_steps(down, stepwise=True)
     assert stepwise.verification.passed
     assert 0 < stepwise.verification.state_error < 1e-9
+    assert stepwise.verification.energy_residual < 1e-9
     stance = np.concatenate([segment.contact[1] for segment in motion.segments])
     assert set(stance.round(9)) == {0.0, -0.02}
 
@@ -97,6 +98,20 @@ def test_the_swing_foot_clears_the_edge_of_a_step_up(periodic, monkeypatch):
     free = solve_steps(problem)
     assert list(find_scuffs(problem, free.motion)) == [1]
     assert free.objective < gait.objective
+
+
+def test_a_swing_foot_that_remains_below_the_terrain_makes_the_plan_inaccurate(down, monkeypatch):
+    monkeypatch.setattr(multistep_solver, "find_scuffs", lambda *_: {1: (0.01, 0.7)})
+    monkeypatch.setattr(multistep_solver, "MOST_DOUBLINGS", 0)
+    gait = solve_steps(down.problem)
+    assert gait.status is Status.PLAN_INACCURATE
+    assert "below the terrain in steps [1]" in gait.message
+
+
+def test_a_clearance_counts_in_the_steps_onto_another_height_and_away_from_it():
+    step = STEP.replace(speed=None, limits=Limits(torque=30, clearance=0.01))
+    problem = MultiStepProblem(steps=(step,) * 4, start={}, end={}, terrain=Terrain(steps=[(0.7, 0.02)]))
+    assert multistep_solver._steps_with_clearance(problem) == {1, 2}
 
 
 @pytest.mark.slow
@@ -144,6 +159,30 @@ def test_a_foot_slips_down_a_slippery_ramp(periodic, tmp_path):
     assert not verify_steps(gait.replace_fields(problem=steep)).verification.passed
 
 
+@pytest.mark.parametrize("terrain", [Terrain(), Terrain(patches=[(0.8, 1.1, 0.3)]), Terrain(patches=[(0.6, 1.1, 0.3)])])
+def test_a_gait_from_its_file_has_the_same_ground(periodic, tmp_path, terrain):
+    """A foothold may be next to a patch, or on it; the last one is behind it, where the stated friction counts."""
+    gait = solve_steps(walk(periodic, terrain, footholds={2: (0.4, 1.2)}))
+    loaded = load_steps(save_steps(gait, tmp_path / "walk.h5"))
+    assert loaded.problem.ground == gait.problem.ground
+    assert loaded.problem.footholds == gait.problem.footholds
+    for number, stated in enumerate(gait.problem.resolved_steps):
+        assert loaded.problem.resolved_steps[number].values == stated.values
+    assert loaded.problem.last_friction == gait.problem.last_friction == 0.5
+
+
+def test_a_foothold_with_one_bound_is_one_step_ahead_within_it():
+    step = STEP.replace(speed=None)
+    problem = MultiStepProblem(
+        steps=(step, step), start={}, end={}, terrain=Terrain(steps=[(0.5, 0.02)]), footholds={1: (-np.inf, 0.9)}
+    )
+    assert problem.ground[1].expected == 0.45
+    ahead = problem.replace(footholds={1: (0.56, np.inf)}).ground[1]
+    assert (ahead.expected, ahead.piece.height) == (0.56, 0.02)
+    unknown = STEP.replace(step_length=None)
+    assert problem.replace(steps=(unknown,), footholds={1: (-np.inf, 0.4)}).ground[1].expected == 0.4
+
+
 def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
     block = Terrain(steps=[(0.7, -0.02), (0.72, 0.05), (0.74, -0.05)])
     places = {1: (0.3, 0.5), 2: (0.8, 1.2)}
@@ -163,7 +202,7 @@ def test_the_profile_of_a_ramp_is_drawn():
 def test_the_parts_of_a_straight_ramp_are_no_change_of_the_ground():
     terrain = Terrain(ramps=[(0.3, 0.9, 0.07)], patches=[(0.5, 0.7, 0.2)])
     step = STEP.replace(step_length=0.2)
-    footholds = find_footholds(terrain, (step,) * 4, {})
+    footholds = find_footholds(terrain, (step,) * 4, {}, {})
     assert [terrain.pieces.index(foothold.piece) for foothold in footholds] == [0, 0, 1, 2, 3]
     assert [passes_change(terrain, footholds, number) for number in range(1, 4)] == [True, False, False]
     assert rise_between(footholds[2].piece, footholds[3].piece) == (0, 0)

@@ -103,5 +103,5 @@ def test_the_depth_of_a_foot_that_swings_through_the_ground_is_reported():
     depth = find_depths(gait)["foot B"]
     assert depth == -gaps[foot].min() > 1e-4
     rows = [text for name, text in tabulate_planar_gait(gait) if name == "below ground"]
-    assert rows == [f"foot B by {1e3 * depth:.3g} mm while it is not armed, in swing"]
+    assert rows == [f"foot B by up to {1e3 * depth:.3g} mm in swing, while it is not armed"]
     assert find_depths(solve_planar(hop()))["foot"] < 1e-6

@@ -155,10 +155,10 @@ class PhaseDynamics:
     def joint_accelerations(self, state: ca.SX, acceleration: ca.SX, p: ca.SX) -> ca.SX:
         """Return the accelerations of the actuated joints, shape (n_u, 1), for accelerations of `moving`."""
         q, v = (ca.SX.sym(name, self.robot.n_q) for name in "qv")
-        rate_changes = ca.SX.sym("a", self.robot.n_q)
-        rates = ca.jtimes(self.robot.joint_rates(q, v, p), ca.vertcat(q, v), ca.vertcat(v, rate_changes))
+        accelerations = ca.SX.sym("a", self.robot.n_q)
+        rates = ca.jtimes(self.robot.joint_rates(q, v, p), ca.vertcat(q, v), ca.vertcat(v, accelerations))
         values = [ca.densify(part) for part in (*self.full(state), self.full_acceleration(acceleration))]
-        return ca.substitute([rates], [q, v, rate_changes], values)[0]
+        return ca.substitute([rates], [q, v, accelerations], values)[0]
 
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""

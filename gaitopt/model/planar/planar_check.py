@@ -192,15 +192,15 @@ def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
 
 
 def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
-    """Return the contacts that never close, because their condition is a number that is not positive."""
-    rng = np.random.default_rng(0)
-    states = rng.normal(size=(2, robot.n_q, 8))
-    values = _evaluate(robot.arming.map(8), *states, np.tile(p[:, None], 8))[0]
+    """Return a sentence for each contact that never closes, because `armed` is a constant that is not positive."""
+    zero = np.zeros(robot.n_q)
+    values = _evaluate(robot.arming, zero, zero, p)[0].ravel()
+    varying = {row for i in (0, 1) for row in robot.arming.jac_sparsity(0, i).row()}
     return tuple(
-        f"Robot {robot.name!r}: contact {name!r} never closes, because `armed` is {row[0]:g} in every state; "
+        f"Robot {robot.name!r}: contact {name!r} never closes, because `armed` is {value:g} in every state; "
         "it must be positive where the contact may close."
-        for name, row in zip(robot.contact_names, values, strict=True)
-        if np.all(row == row[0]) and row[0] <= 0
+        for number, (name, value) in enumerate(zip(robot.contact_names, values, strict=True))
+        if number not in varying and value <= 0
     )
 
 

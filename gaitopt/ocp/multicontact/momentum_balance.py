@@ -22,7 +22,8 @@ def explain_one_way_slip(problem: PlanarProblem) -> str | None:
     Returns
     -------
     str or None
-        None if the sequence contains stick, slip in both directions or no ground, or if the balance is fulfilled.
+        None if the sequence contains stick, slip in both directions or no contact with the ground, or if the balance is
+        satisfied.
 
     Examples
     --------
@@ -42,13 +43,13 @@ no periodic gait exists unless friction is tan(slope) = 0
     signs = {sign for state in states for sign in _slip_signs(problem, state)}
     if len(signs) != 1 or 0 in signs:
         return None
-    sign, balanced = signs.pop(), math.tan(problem.slope)
-    if abs(sign * problem.friction - balanced) <= BALANCED:
+    sign, grade = signs.pop(), math.tan(problem.slope)
+    if abs(sign * problem.friction - grade) <= BALANCED:
         return None
     return (
         f"all contacts slip {'forward' if sign > 0 else 'backward'} all the time: friction {problem.friction:g} then "
         "changes the momentum along the ground in every step, and no periodic gait exists unless friction is "
-        f"{'' if sign > 0 else '-'}tan(slope) = {sign * balanced + 0.0:.4g}"
+        f"{'' if sign > 0 else '-'}tan(slope) = {sign * grade + 0.0:.4g}"
     )
 
 
@@ -59,13 +60,15 @@ def _slip_signs(problem: PlanarProblem, state: ContactState) -> set[int]:
 
 
 def _is_free_along_ground(problem: PlanarProblem) -> bool:
-    """Return whether only gravity and the contacts act on the robot along the ground."""
+    """Return whether only gravity and the contacts act on the robot along the ground: no spring and no drag."""
     robot = problem.robot
     p, place = robot.vector(problem.values), robot.coordinates.index(robot.travel or "")
     poses = np.random.default_rng(0).uniform(-0.3, 0.3, (2, robot.n_q))
-    moved = poses + np.eye(robot.n_q)[place]
-    still = np.zeros(robot.n_q)
+    forward, still = np.eye(robot.n_q)[place], np.zeros(robot.n_q)
+    moved = poses + forward
     potential = [[float(robot.energy(q, still, p)[1]) for q in group] for group in (poses, moved)]
     change = np.diff(potential, axis=0)
     weight = float(robot.mass(p)) * problem.values["gravity"]
-    return bool(np.allclose(change, -weight * math.sin(problem.slope), atol=1e-9 * weight))
+    drag = [np.asarray(robot.dynamics(q, q + forward, p)[1] - robot.dynamics(q, q, p)[1]) for q in poses]
+    is_free = np.allclose(change, -weight * math.sin(problem.slope), atol=1e-9 * weight)
+    return is_free and np.allclose(drag, 0.0, atol=1e-9 * weight)

@@ -33,8 +33,11 @@ SHORTEST = 1e-2
 MOST_ELASTIC_ITERATIONS = 300
 """Largest number of iterations of an elastic solve: a compass with double support takes 192."""
 
+LEAST_SHARE = 1e-3
+"""Least friction that is tried, as a share of that of the cones."""
+
 MOST_TRIALS, RESOLUTION = 5, 1.1
-"""Largest number of frictions tried for a sufficient one, and ratio to an insufficient one at which it is accepted."""
+"""Largest number of friction coefficients tried, and ratio of a sufficient to an insufficient one that is accepted."""
 
 RETRY = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
 """Statuses after which a motion that satisfies all limits is sought."""
@@ -78,17 +81,18 @@ class PlanarElastic(ElasticLimits):
         """Return a friction coefficient for which a motion exists near another one, close to the smallest.
 
         It is at most that of the cones which contain all forces of the motion `x`, which minimises the excess of the
-        forces and not their ratio.  Smaller coefficients are tried by bisection.  nan with slip, tension or any.
+        forces and not their ratio.  Smaller coefficients are tried by bisection.  nan with slip, tension or ``any``.
         """
-        low, high = self.problem.friction, self._find_friction_of_cones(x)
+        high = self._find_friction_of_cones(x)
         if not math.isfinite(high):
             return math.nan
-        place = self.problem.robot.index("friction")
+        low = max(self.problem.friction, LEAST_SHARE * high)
+        index = self.problem.robot.index("friction")
         for _ in range(MOST_TRIALS):
             if high <= RESOLUTION * low:
                 break
             trial, data = math.sqrt(low * high), self._data.copy()
-            data[place] = trial
+            data[index] = trial
             result = self._elastic.minimise(x, data, self.prices, self._solver, self._observer)
             if result.status is Status.INTERRUPTED:
                 raise KeyboardInterrupt

@@ -21,14 +21,14 @@ def report_inaccuracy(transcription: PlanarTranscription, problem: PlanarProblem
     errors : (n_phases,) array
         Error between nodes of each phase.
     ending : str
-        The ending of the solve on a finer grid; empty if there was none.
+        How the solve on a finer grid ended; empty if there was none.
     """
     worst = transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]
     reason = f"a finer grid has no solution ({ending})" if ending else "the grid is not refined further"
     return (
         f"the error between nodes of {worst.place().label} is {errors[worst.number]:.1e} on {worst.count} intervals, "
         f"but the tolerance is {problem.transcription.tolerance:.1e}, and {reason}: use more intervals in this phase, "
-        "a guess near a plausible motion, or PlanarLimits.coordinate, which excludes postures outside given ranges."
+        "a guess near a plausible motion, or PlanarLimits.coordinate, which excludes postures outside its ranges."
     )
 
 

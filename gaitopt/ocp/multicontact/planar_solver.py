@@ -140,7 +140,7 @@ class GridResult:
     bounds : Bounds
     outcome : NlpResult
     ending : str
-        The ending of the solve on a finer grid that failed; empty otherwise.
+        How the solve on a finer grid failed; empty otherwise.
     """
 
     problem: PlanarProblem
@@ -169,10 +169,10 @@ class GridResult:
         problem = self.problem
         return find_early_touchdowns(self.transcription, problem.values, self.outcome.x, problem.limits.clearance)
 
-    def mark_inaccurate(self, ending: str = "") -> "GridResult":
+    def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
         outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
-        return replace(self, outcome=outcome, ending=ending)
+        return replace(self, outcome=outcome, ending=self.ending if ending is None else ending)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ Bounds = Mapping[int, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Foothold:
-    """A piece of the ground on which a foot stands, and bounds of its place.
+    """A piece of the ground on which a foot stands, and bounds of the place of the foot.
 
     Attributes
     ----------
@@ -40,11 +40,14 @@ class Foothold:
     ground: tuple[float, float]
 
 
-def find_footholds(terrain: Terrain, steps: Sequence[GaitProblem], stated: Bounds) -> tuple[Foothold, ...]:
-    """Return the footholds of a gait, that of the first stance foot at place 0 and that after the last touchdown too.
+def find_footholds(
+    terrain: Terrain, steps: Sequence[GaitProblem], stated: Bounds, expected: Mapping[int, float]
+) -> tuple[Foothold, ...]:
+    """Return all footholds of a gait, from that of the first stance foot, at place 0, to that of the last touchdown.
 
-    The piece of a foothold is that in the middle of its stated bounds, otherwise the one a step ahead of the foothold
-    before; the length of the step is the requested one or that of its guess.
+    The piece of a foothold is that at its expected place.  If this is not stated, it is the middle of finite bounds, or
+    one step ahead of the previous foothold, within a bound on one side.  The length of this step is the requested one
+    or that of its guess; if it is unknown, the bound is the expected place.
 
     Raises
     ------
@@ -54,13 +57,30 @@ def find_footholds(terrain: Terrain, steps: Sequence[GaitProblem], stated: Bound
     footholds = [_on_piece(terrain, 0, 0.0, (0.0, 0.0))]
     for number, step in enumerate(steps, start=1):
         bounds = stated.get(number, (-math.inf, math.inf))
-        ends = [end for end in bounds if math.isfinite(end)]
-        place = sum(ends) / len(ends) if ends else footholds[-1].expected + _expected_length(number - 1, step)
-        footholds.append(_on_piece(terrain, number, place, bounds))
+        place = expected.get(number)
+        if place is None:
+            place = _expected_place(number, step, footholds[-1].expected, bounds)
+        footholds.append(_on_piece(terrain, number, min(max(place, bounds[0]), bounds[1]), bounds))
     return tuple(footholds)
 
 
-def _expected_length(number: int, step: GaitProblem) -> float:
+def _expected_place(number: int, step: GaitProblem, before: float, bounds: tuple[float, float]) -> float:
+    """Return the expected place of a foothold, which may be outside a bound on one side [m]."""
+    ends = [end for end in bounds if math.isfinite(end)]
+    if len(ends) == 2:
+        return sum(ends) / 2
+    length = _expected_length(step)
+    if length is not None:
+        return before + length
+    if ends:
+        return ends[0]
+    raise InputError(
+        f"The foothold after steps[{number - 1}] is unknown: on a terrain a step needs a step_length, a guess from a "
+        f"motion, or bounds footholds={{{number}: (lower, upper)}}."
+    )
+
+
+def _expected_length(step: GaitProblem) -> float | None:
     lengths, guess = step.step_length_range, step.guess
     if lengths.lower == lengths.upper:
         return lengths.lower
@@ -70,10 +90,7 @@ def _expected_length(number: int, step: GaitProblem) -> float:
         return min(max(length, lengths.lower), lengths.upper)
     if lengths.lower > 0 and math.isfinite(lengths.upper):
         return (lengths.lower + lengths.upper) / 2
-    raise InputError(
-        f"The foothold after steps[{number}] is unknown: on a terrain a step needs a step_length, a guess from a "
-        f"motion, or bounds footholds={{{number + 1}: (lower, upper)}}."
-    )
+    return None
 
 
 def _on_piece(terrain: Terrain, number: int, place: float, bounds: tuple[float, float]) -> Foothold:
@@ -100,7 +117,8 @@ def _clearance(terrain: Terrain, place: float) -> float:
 def resolve_steps(steps: Sequence[GaitProblem], footholds: Sequence[Foothold]) -> tuple[GaitProblem, ...]:
     """Return the steps with the friction, the rise and the inclinations of their footholds.
 
-    The rise depends on the place of the foot, and is free, if the next foothold has another inclination.
+    If the next foothold has another inclination, the rise depends on the place of the foot, and is a free parameter
+    unless this place is fixed.
     """
     resolved = []
     for number, step in enumerate(steps):
@@ -130,7 +148,7 @@ def passes_change(terrain: Terrain, footholds: Sequence[Foothold], number: int) 
 
 
 def rise_between(before: Piece, after: Piece) -> tuple[float, float]:
-    """Return height above the piece `before` of the extended piece `after` at place 0 [m], and its change over places.
+    """Return the height of the extended piece `after` above the piece `before` at place 0 [m], and its grade.
 
     Examples
     --------
@@ -138,5 +156,5 @@ def rise_between(before: Piece, after: Piece) -> tuple[float, float]:
     >>> rise_between(level, ramp)
     (-0.1, 0.1)
     """
-    (low, slow), (high, fast) = before.line, after.line
-    return high - low, fast - slow
+    (height, grade), (next_height, next_grade) = before.line, after.line
+    return next_height - height, next_grade - grade

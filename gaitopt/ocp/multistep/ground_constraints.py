@@ -53,7 +53,7 @@ class PlaceCondition:
 def ground_conditions(
     problem: MultiStepProblem, parts: Sequence[StepParts], offsets: Sequence[int], first: Index
 ) -> list[PlaceCondition]:
-    """Return the conditions on the first pose and on the places of the feet.
+    """Return the conditions on the first pose, on the places of the feet and on the rises of the steps.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def place_columns(before: Sequence[StepParts], offsets: Sequence[int]) -> Index:
 
 
 def slide_indices(step: StepParts) -> Index:
-    """Return the indices of the slides of the stance foot in the phases of a step, in its own unknowns, shape (n,)."""
+    """Return the indices of the slides of the stance foot among the unknowns of a step, one per slip, shape (n,)."""
     tables = step.builder.variables.tables
     return np.array([table[0, -1] for key, table in tables.items() if is_slide(key)], dtype=np.intp)
 

@@ -90,11 +90,11 @@ def save_steps(gait: MultiStepGait, path: str | Path) -> Path:
             file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, status=gait.status.key)
             file.attrs.update({name: getattr(gait, name) for name in _RECORD})
             ends = {name: getattr(problem, name) for name in ("name", "start", "end")}
-            footholds: Mapping[int, tuple[float, float]] = problem.footholds
+            ends["footholds"] = [[number, *pair] for number, pair in problem.footholds.items()]
             if problem.terrain is not None:  # the pieces are known without the guesses, which are not in the file
-                footholds = {number: problem.ground[number].bounds for number in range(1, len(problem.ground))}
                 ends["terrain"] = problem.terrain.describe()
-            ends["footholds"] = [[number, *pair] for number, pair in footholds.items()]
+                places = [foothold.expected for foothold in problem.ground]
+                ends["expected_places"] = list(enumerate(places))[1:]
             file.attrs["problem"] = json.dumps(plain(ends))
             robots: SharedGroups = {}
             for number in range(len(problem.steps)):
@@ -132,6 +132,7 @@ def load_steps(path: str | Path) -> MultiStepGait:
             end=stated["end"],
             footholds={int(number): (float(lower), float(upper)) for number, lower, upper in stated["footholds"]},
             terrain=Terrain(**stated["terrain"]) if "terrain" in stated else None,
+            expected_places={int(number): float(place) for number, place in stated.get("expected_places", [])},
             name=str(stated["name"]),
         )
         return MultiStepGait(
@@ -154,14 +155,17 @@ def _read_step(group: h5py.Group) -> Gait:
 
 
 def gait_of_step(gait: MultiStepGait, number: int) -> Gait:
-    """Return one step of a gait of several steps as a gait, for its file; steps are counted from 0."""
+    """Return one step of a gait of several steps as a gait, for its file; steps are counted from 0.
+
+    The description of its problem has the stated friction, not that of a patch of the terrain.
+    """
     problem, plan = gait.problem.resolved_steps[number], gait.plans[number]
     return Gait(
         robot=problem.robot,
         sequence=problem.sequence,
         status=gait.status,
         motion=plan,
-        problem=problem.without_guess().describe(),
+        problem={**problem.without_guess().describe(), "friction": gait.problem.steps[number].friction},
         solver=SolverReport(
             iterations=gait.iterations,
             objective=problem.objective.evaluate(plan),

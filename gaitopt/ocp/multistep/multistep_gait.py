@@ -101,7 +101,7 @@ class MultiStepGait:
         return facts
 
     def _rises(self) -> list[dict[str, float]]:
-        """Return the height gained by the feet in each step on a terrain [m]; nothing on a plane."""
+        """Return the height gained by the feet in each step on a terrain [m]; empty on a plane."""
         if self.problem.terrain is None:
             return [{} for _ in self.plans]
         heights = [self.problem.terrain.height(0.0), *(float(jump.q_next[GAP]) for jump in self.motion.jumps)]
@@ -115,8 +115,8 @@ class MultiStepGait:
 def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Terrain | None = None) -> Motion:
     """Return motions of single steps as one motion, in order.
 
-    The positions of the feet are those along and across the plane, so the parameters of the motion have no
-    inclination; their rates are those along and across the ground below the stance foot.
+    The positions of the feet are given along and across the plane, so the parameters of the motion contain no
+    inclination; their rates are given along and across the ground below the stance foot.
 
     Parameters
     ----------
@@ -132,11 +132,11 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Te
     place = origin
     for number, motion in enumerate(motions):
         start = float(motion.segments[0].time[0])
-        aside = origin if absolute else place
+        offset = origin if absolute else place
         for segment in motion.segments:
-            segments.append(_move_segment(segment, number, time - start, aside, motion.parameters))
+            segments.append(_move_segment(segment, number, time - start, offset, motion.parameters))
         for jump in motion.jumps:
-            jumps.append(_move_jump(jump, number, time - start, aside, motion.parameters))
+            jumps.append(_move_jump(jump, number, time - start, offset, motion.parameters))
             place = jumps[-1].q_next[CONTACT].copy()
             if RISE not in motion.parameters:
                 place[GAP] = 0.0

@@ -12,7 +12,7 @@ from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
 from gaitopt.model.terrain import Terrain, check_terrain
-from gaitopt.model.uneven_ground import UNEVEN, adapt_to_uneven_ground
+from gaitopt.model.uneven_ground import RISE, UNEVEN, adapt_to_uneven_ground
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.multistep.foothold_ground import Foothold, find_footholds, resolve_steps
 from gaitopt.ocp.problem import GaitProblem
@@ -46,13 +46,17 @@ class MultiStepProblem:
     terrain : Terrain or None
         Steps, ramps and patches of the ground, with ``steps[0]`` beginning at place 0.  Each step gets the friction and
         the inclination at its foothold, and the rise to the next one.
+    expected_places : mapping of int to float
+        Expected places of the footholds on the terrain [m], by number, which determine their pieces.  By default a
+        foothold is in the middle of its bounds, or one step ahead of the previous one.
     name : str
 
     Raises
     ------
     InputError
-        If there is no step, the steps have different robots or slopes, only one of `start` and `end` is given, a
-        coordinate is unknown or not finite, or a foothold does not fit on its piece of the terrain.
+        If there is no step, the steps have different robots or slopes, or free parameters other than ``rise``, only one
+        of `start` and `end` is given, a coordinate is unknown or not finite, or a foothold does not fit on its piece of
+        the terrain.
 
     Examples
     --------
@@ -68,6 +72,7 @@ class MultiStepProblem:
     end: Mapping[str, float] | None = None
     footholds: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     terrain: Terrain | None = None
+    expected_places: Mapping[int, float] = field(default_factory=dict)
     name: str = "gait of several steps"
     robot: Robot = field(init=False)
 
@@ -80,17 +85,22 @@ class MultiStepProblem:
         set_(self, "robot", first.robot if check_terrain(self.terrain) is None else adapt_to_uneven_ground(first.robot))
         for number, step in enumerate(self.steps):
             step.sequence.require_closed("A gait of several steps")
-            if step.robot is not first.robot or self._body(step) != self._body(first):
+            if step.robot is not first.robot or self._common_parameters(step) != self._common_parameters(first):
                 raise InputError(
                     f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
                     "the same robot with the same parameters."
+                )
+            if set(step.free) - {RISE}:
+                raise InputError(
+                    f"steps[{number}] has the free parameters {sorted(step.free)}; gaits of several steps accept only "
+                    f"{RISE!r}, because the robot must be the same in all steps."
                 )
             if len(set(step.slope_range)) > 1:
                 raise InputError(f"steps[{number}] has a free slope; gaits of several steps need a fixed slope.")
             if step.slope != first.slope:
                 raise InputError(
-                    f"steps[{number}] has the slope {step.slope:g} rad, steps[0] {first.slope:g} rad: angles are "
-                    "measured from the normal of the slope, so all steps need the same slope; "
+                    f"steps[{number}] has the slope {step.slope:g} rad, but steps[0] has {first.slope:g} rad: angles "
+                    "are measured from the normal of the slope, so all steps need the same slope; "
                     "terrain=Terrain(ramps=...) inclines the ground."
                 )
         if (self.start is None) is not (self.end is None):
@@ -120,8 +130,10 @@ class MultiStepProblem:
 
     @functools.cached_property
     def ground(self) -> tuple[Foothold, ...]:
-        """Footholds on the terrain, that after the last touchdown too; empty on a plane."""
-        return () if self.terrain is None else find_footholds(self.terrain, self.steps, self.footholds)
+        """Footholds on the terrain, including that of the last touchdown; empty on a plane."""
+        if self.terrain is None:
+            return ()
+        return find_footholds(self.terrain, self.steps, self.footholds, self.expected_places)
 
     @functools.cached_property
     def resolved_steps(self) -> tuple[GaitProblem, ...]:
@@ -134,8 +146,8 @@ class MultiStepProblem:
         on_patch = self.ground[-1].piece.friction if self.ground else None
         return self.steps[0 if self.periodic else -1].friction if on_patch is None else on_patch
 
-    def _body(self, step: GaitProblem) -> dict[str, float]:
-        """Return the parameters of a step that are the same in all steps: without those of the terrain."""
+    def _common_parameters(self, step: GaitProblem) -> dict[str, float]:
+        """Return the parameters of a step that must be the same in all steps: all but those of the terrain."""
         varied = [] if self.terrain is None else [parameter.name for parameter in UNEVEN]
         return {name: value for name, value in step.parameters.items() if name not in varied}
 
@@ -168,16 +180,22 @@ class MultiStepProblem:
 
     def _check_footholds(self) -> None:
         numbers = range(1, len(self.steps) + (self.terrain is not None))
+        for name in ("footholds", "expected_places"):
+            for number in getattr(self, name):
+                if isinstance(number, bool) or number not in numbers:
+                    raise InputError(
+                        f"{name}: the number of a step must be one of {list(numbers)}, got "
+                        f"{number!r}; steps are counted from 0, and steps[0] begins at position 0."
+                    )
         for number, pair in self.footholds.items():
-            if isinstance(number, bool) or number not in numbers:
+            if len(pair) != 2 or not (pair[0] <= pair[1] and pair[0] < math.inf and pair[1] > -math.inf):
                 raise InputError(
-                    f"footholds: the number of a step must be one of {list(numbers)}, got "
-                    f"{number!r}; steps are counted from 0, and steps[0] begins at position 0."
+                    f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m] with "
+                    f"lower <= upper, lower < inf and upper > -inf, got {pair!r}."
                 )
-            if len(pair) != 2 or not pair[0] <= pair[1]:
-                raise InputError(
-                    f"footholds: the position of steps[{number}] must be a pair (lower, upper) [m], got {pair!r}."
-                )
+        for number, place in self.expected_places.items():
+            if not math.isfinite(place):
+                raise InputError(f"expected_places: the place of steps[{number}] must be finite, got {place!r} m.")
 
 
 @check_arguments

@@ -21,6 +21,7 @@ from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.solution.grid_solve import STOPPED_EARLY
 from gaitopt.ocp.solution.trajectory import check_between_nodes, read_parameters, reconstruct_motion
 from gaitopt.ocp.statement.initial_guess import LinearGuess
 from gaitopt.ocp.statement.warm_start import FromMotion
@@ -40,9 +41,8 @@ def solve_steps(
     """Find an optimal gait of several steps.
 
     The intervals of all steps are doubled, at most twice, until the motion between the nodes agrees with them to the
-    tolerance of the transcription of the first step; a less accurate solution of a finer grid is discarded.  On a
-    terrain, steps in which the swing foot is below the ground are solved again with its height over the terrain
-    constrained.
+    tolerance of the transcription of the first step; a less accurate solution on a finer grid is discarded.  If the
+    swing foot is below the terrain in some steps, the problem is solved again with constraints on its height in them.
 
     Parameters
     ----------
@@ -79,11 +79,11 @@ def solve_steps(
     require_valid_step(problem.robot)
     solver = (solver or Ipopt()).start_clock()
     methods: list[Method] = [step.transcription for step in problem.resolved_steps]
-    raised = _steps_with_clearance(problem)
+    constrained = _steps_with_clearance(problem)
     gait = kept = None
     iterations = doublings = 0
     while True:
-        transcription = transcribe_steps(problem, tuple(methods), raised)
+        transcription = transcribe_steps(problem, tuple(methods), constrained)
         x = _initial_point(transcription, None if gait is None else gait.plans)
         outcome = solver.minimise(transcription.nlp, x, transcription.data, transcription.limits, observer)
         if outcome.status.ok:
@@ -91,26 +91,48 @@ def solve_steps(
         iterations += outcome.iterations
         gait = _gait(transcription, outcome, iterations)
         scuffing = set(find_scuffs(problem, gait.motion)) if gait.status.ok and problem.terrain is not None else set()
-        if scuffing - raised:
-            raised |= scuffing
+        if scuffing - constrained:
+            constrained |= scuffing
             continue
         finer = [method.double_intervals(step.sequence) for method, step in zip(methods, problem.steps, strict=True)]
-        if kept is not None and not (gait.status.ok and gait.error_between_nodes < kept.error_between_nodes):
-            return replace(kept, iterations=iterations)  # the finer grid has no solution, or a less accurate one
+        better = kept is None or (not scuffing and gait.error_between_nodes < kept.error_between_nodes)
+        if kept is not None and not (gait.status.ok and better):
+            return _keep_coarser(kept, gait)
         accurate = not scuffing and gait.error_between_nodes <= problem.steps[0].transcription.tolerance
         if not gait.status.ok or accurate or doublings == MOST_DOUBLINGS or None in finer:
-            return gait
+            return _report_scuffs(gait, scuffing)
         kept = None if scuffing else gait
         doublings += 1
         methods = [method for method in finer if method is not None]
 
 
+def _keep_coarser(kept: MultiStepGait, finer: MultiStepGait) -> MultiStepGait:
+    """Return the solution of a coarser grid, with the status of the solve on the finer one if that was stopped."""
+    kept = replace(kept, iterations=finer.iterations)
+    if finer.status not in STOPPED_EARLY:
+        return kept
+    message = f"{finer.message}; the result is the solution before this refinement"
+    return replace(kept, status=finer.status, message=message)
+
+
+def _report_scuffs(gait: MultiStepGait, scuffing: set[int]) -> MultiStepGait:
+    """Return a gait, with the status of an inaccurate plan if the swing foot is below the terrain in some steps."""
+    if not gait.status.ok or not scuffing:
+        return gait
+    message = f"{gait.message}; the swing foot is below the terrain in steps {sorted(scuffing)}, counted from 0"
+    return replace(gait, status=Status.PLAN_INACCURATE, message=message)
+
+
 def _steps_with_clearance(problem: MultiStepProblem) -> set[int]:
-    """Return the numbers of the steps over a change of the terrain for which a clearance is requested."""
+    """Return the numbers of the steps with a clearance in which the swing foot passes a change of the terrain.
+
+    It begins at the previous foothold, which is that of the first step at the start.
+    """
     if problem.terrain is None:
         return set()
     requested = {number for number, step in enumerate(problem.steps) if step.limits.clearance is not None}
-    return {number for number in requested if passes_change(problem.terrain, problem.ground, number)}
+    changes = {number for number in range(len(problem.steps)) if passes_change(problem.terrain, problem.ground, number)}
+    return requested & (changes | {number + 1 for number in changes})
 
 
 def _initial_point(transcription: MultiStepTranscription, plans: tuple[Motion, ...] | None) -> Array:

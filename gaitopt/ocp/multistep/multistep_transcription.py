@@ -59,11 +59,12 @@ class MultiStepTranscription:
 
 
 def transcribe_steps(
-    problem: MultiStepProblem, methods: tuple[Method, ...], raised: Collection[int] = ()
+    problem: MultiStepProblem, methods: tuple[Method, ...], constrained: Collection[int] = ()
 ) -> MultiStepTranscription:
     """Transcribe a problem of several steps into an NLP, each step on the grid of its method.
 
-    In the steps with the numbers `raised` the swing foot is above the terrain, otherwise only at the touchdown.
+    In the steps with the numbers `constrained`, the height of the swing foot over the terrain is constrained, in the
+    others only at the touchdown.
     """
     parts = tuple(
         prepare_step(replace(structure(step, method), placed=False))
@@ -72,7 +73,7 @@ def transcribe_steps(
     sizes = [step.builder.variables.size for step in parts]
     offsets = tuple(int(offset) for offset in np.cumsum([0, *sizes]))
     parts = tuple(
-        _place_on_terrain(problem, parts, offsets, number) if number in raised else step
+        _constrain_swing_foot(problem, parts, offsets, number) if number in constrained else step
         for number, step in enumerate(parts)
     )
     states = [_first_state(step) + offset for step, offset in zip(parts, offsets, strict=False)]
@@ -107,10 +108,10 @@ def transcribe_steps(
     )
 
 
-def _place_on_terrain(
+def _constrain_swing_foot(
     problem: MultiStepProblem, parts: tuple[StepParts, ...], offsets: tuple[int, ...], number: int
 ) -> StepParts:
-    """Return the parts of a step whose swing foot is above the terrain."""
+    """Return the parts of a step with constraints on the height of the swing foot over the terrain."""
     columns = place_columns(parts[:number], offsets) - offsets[number]
     terrain = SwingTerrain(problem.terrain or Terrain(), columns, problem.ground[number].piece.line)
     return replace(parts[number], builder=replace(parts[number].builder, terrain=terrain))

@@ -1,4 +1,4 @@
-"""Comparison of a motion with its terrain: feet on the ground are on the terrain, and the swing foot is above it."""
+"""Comparison of a motion with its terrain: the stance foot must be on the terrain, and the swing foot above it."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
 from gaitopt.reductions import worst
 
 ON_GROUND, SCUFF = 1e-6, 1e-3
-"""Largest distance of a stance foot from the terrain, and depth of the swing foot in it that is accepted [m]."""
+"""Largest accepted distance of a stance foot from the terrain, and depth of the swing foot below it [m]."""
 
 
 def find_scuffs(problem: MultiStepProblem, motion: Motion) -> dict[int, tuple[float, float]]:
-    """Return largest depth of the swing foot in the terrain and its place [m] for each step in which it is too deep.
+    """Return the largest depth of the swing foot below the terrain and its place [m], by step if it exceeds 1 mm.
 
-    The swing foot is compared with the terrain in steps over a change of the height, while it is well ahead of the
-    stance foot: behind it, the straight legs of a walker without knees reach through the ground.
+    The swing foot is compared with the terrain in steps over a change of the height, while it is more than 10 cm
+    ahead of the stance foot: behind it, the straight legs of a walker without knees reach through the ground.
 
     Parameters
     ----------

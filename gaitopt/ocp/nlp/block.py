@@ -146,7 +146,7 @@ class BlockFunctions:
 
     @functools.cached_property
     def _cost(self) -> list[ca.SX]:
-        """Cost, penalty and the gradient of their sum, with intermediates; empty without any."""
+        """Cost, penalty and the gradient of their sum, with intermediates; empty without cost and penalty."""
         block = self._block
         if block.minimised is None:
             return []

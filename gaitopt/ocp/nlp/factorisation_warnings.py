@@ -1,4 +1,4 @@
-"""Warnings of CasADi's factorisations, whose reasons are found in the results: they do not reach the terminal."""
+"""Suppression of the warnings of CasADi's factorisations, whose causes are visible in the results."""
 
 import sys
 import threading
@@ -11,8 +11,8 @@ from typing import Any, TextIO
 def discard_warnings() -> Iterator[None]:
     """Discard what the block writes to ``sys.stderr``; other threads write as usual.
 
-    CasADi's LDL writes a warning if a pivot vanishes by cancellation.  The solution is then not finite, which its user
-    checks.
+    CasADi's LDL writes a warning if a pivot vanishes by cancellation.  The solution is then not finite, which the
+    caller checks.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def discard_warnings() -> Iterator[None]:
 
 
 class _Filter:
-    """A stream without what one thread writes while the filter is active."""
+    """A stream that discards what one thread writes while the filter is active."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream, self.active, self._thread = stream, True, threading.get_ident()
@@ -40,6 +40,11 @@ class _Filter:
         """Write a text, or discard it."""
         discarded = self.active and threading.get_ident() == self._thread
         return len(text) if discarded or self.stream is None else self.stream.write(text)
+
+    def flush(self) -> None:
+        """Flush the stream, if there is one."""
+        if self.stream is not None:
+            self.stream.flush()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)

@@ -26,7 +26,7 @@ LEAST_RESERVE = 1e-9
 """Least distance from another contact mode inside a phase at which the simulator remains in the mode."""
 
 LARGEST_GROWTH = 3e7
-"""Growth of errors above which replays with several integrators deviate by more than 1e-6 after the touchdown: their
+"""Growth of errors above which replays with different integrators deviate by more than 1e-6 after the touchdown: their
 errors at the end of a slip are up to 3e-14 rad/s."""
 
 

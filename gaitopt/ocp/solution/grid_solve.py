@@ -63,7 +63,7 @@ AT_TOUCHDOWN, REPLAYED = 0.1, 1e-6
 error after touchdown that a replay allows (:class:`gaitopt.Tolerances`)."""
 
 EXACT = 1e-9
-"""Error after touchdown below which the plan is so exact that errors do not grow much."""
+"""Error after touchdown below which the growth of errors is not estimated, because it is small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ class GridSolution:
 
     @property
     def growth(self) -> float:
-        """Ratio of the error after the touchdown to an error at the end of a slip; zero if there is no need for it."""
+        """Ratio of the error after the touchdown to an error at the end of a slip; zero if it is not estimated."""
         if self.between.touchdown <= EXACT or math.isinf(self.problem.transcription.tolerance):
             return 0.0
         with defer_interrupt():
@@ -167,7 +167,7 @@ class GridSolution:
         return replace(self, outcome=outcome)
 
     def place_parameters_on_bounds(self) -> "GridSolution":
-        """Return the solution with free parameters on the bounds that they exceed by the tolerance of a solver."""
+        """Return the solution with free parameters moved to bounds that they exceed by a solver's tolerance."""
         layout, x = self.transcription.variables, self.x.copy()
         if Unknown.DESIGN not in layout:
             return self

@@ -236,7 +236,16 @@ class _Search:
         gait = search.run(isolate=isolate)
         if gait.status.ok:
             start = FromMotion(gait.motion, LABEL)
-            return solve_from_start(problem, start, self._solver, self._observer, None, self._plans)
+            gait = solve_from_start(problem, start, self._solver, self._observer, None, self._plans)
+            if gait.status.ok or gait.status in STOPPED_EARLY:
+                return gait
+            self._unsolved.append(gait)
+            return self._report_failure()
+        if gait.status in STOPPED_EARLY:
+            return failure.with_failure(gait.status, gait.solver.message)
+        if search._unsolved:  # a motion with these parameters satisfies all limits
+            self._unsolved.append(failure)
+            return self._report_failure()
         if not gait.solver.conflicts:
             return None
         message = f"{gait.solver.message} with the free parameters at their start"

@@ -35,8 +35,8 @@ def report_radius_conflict(problem: GaitProblem, failure: Gait, unbounded: Gait)
     ----------
     problem : GaitProblem
     failure : Gait
-        Result of a solve that failed; it is returned unchanged if it contains limits that suffice alone.  The bound
-        suffices alone, too, so that it replaces limits that suffice only together.
+        Result of a solve that failed; it is returned unchanged if it contains limits that suffice alone.  Otherwise
+        the bound on the spectral radius, which suffices alone, replaces limits that suffice only together.
     unbounded : Gait
         The optimal gait without the bound.
     """
@@ -66,10 +66,11 @@ def _record_radius(limit: float, radius: float, *, separable: bool) -> Conflict:
 def check_conflicts_with_radius(
     problem: GaitProblem, failure: Gait, guesses: Sequence[Guess], solver: NlpSolver, observer: Observer
 ) -> Gait:
-    """Return a failure of a problem without its bound on the spectral radius, with conflicts that apply with the bound.
+    """Return a failure of a problem without its bound on the spectral radius, with the conflicts under the bound.
 
     Each limit that suffices alone without the bound is relaxed further, until the bound is met as well.  If this is
-    possible for none of them, the first limit and the spectral radius suffice together.
+    possible for none of them, the first limit and the spectral radius suffice together.  Limits that were not
+    examined with the bound are returned with the statement that the problem has no gait even without it.
 
     Parameters
     ----------
@@ -83,16 +84,18 @@ def check_conflicts_with_radius(
     observer : Observer
     """
     bound, conflicts = problem.stability, failure.solver.conflicts
-    if bound is None or math.isinf(bound.radius) or not conflicts or not conflicts[0].separable:
+    if bound is None or math.isinf(bound.radius):
         return failure
+    limits: tuple[Conflict, ...] = ()
     try:
-        limits = _relax_with_bound(problem, conflicts, guesses, solver, observer)
+        if conflicts and conflicts[0].separable:
+            limits = _relax_with_bound(problem, conflicts, guesses, solver, observer)
     except KeyboardInterrupt:
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
     message = failure.solver.message
-    if not limits[0].separable:
+    if not limits or not limits[0].separable:
         message += ", even without the bound on the spectral radius"
-    return failure.with_failure(failure.status, message, limits)
+    return failure.with_failure(failure.status, message, limits or conflicts)
 
 
 def _relax_with_bound(
@@ -104,18 +107,18 @@ def _relax_with_bound(
 ) -> tuple[Conflict, ...]:
     """Return the limits that suffice alone if the bound is met, otherwise the first one together with the bound.
 
-    If no elastic solve finds such a limit, gaits without one of them are sought.
+    If no elastic solve finds such a limit, gaits without one of the limits are sought.  The result may be empty.
     """
     limit = problem.stability.radius if problem.stability else math.inf
     grid, elastic = find_coarsest_grid(problem), elastic_solver(solver, len(problem.sequence.phases))
     unbounded = ElasticProblem(problem.replace(stability=None), grid, elastic, observer)
     bounded = ElasticProblem(problem, grid, elastic, observer)
-    nearest = [result for guess in guesses if (result := _finish(unbounded.minimise_excess(guess))).status.ok]
+    nearest = [result for guess in guesses if (result := _require_end(unbounded.minimise_excess(guess))).status.ok]
     starts: dict[int, Array] = {}
     joint: tuple[Conflict, ...] = ()
     for conflict in conflicts if nearest else ():
         near, number = min(nearest, key=unbounded.excess), _find_limit(unbounded, conflict)
-        alone = _finish(unbounded.exceed_only([number], near.x, near.multipliers))
+        alone = _require_end(unbounded.exceed_only([number], near.x, near.multipliers))
         if not unbounded.suffices(number, alone):
             continue
         x = bounded.start_near(FromMotion(unbounded.motion(alone)))
@@ -130,8 +133,8 @@ def _relax_with_bound(
     )
     if separable:
         return separable
-    known = (_solve_without(problem, each, guesses[0], solver, observer) for each in conflicts)
-    return tuple(conflict for conflict in known if conflict is not None) or joint or conflicts
+    exceeded = (_solve_without(problem, each, guesses[0], solver, observer) for each in conflicts)
+    return tuple(conflict for conflict in exceeded if conflict is not None) or joint
 
 
 def _solve_without(
@@ -163,16 +166,16 @@ def _relax_each(bounded: ElasticProblem, starts: dict[int, Array]) -> dict[int, 
 
     A solve that does not converge is repeated from the motions of other limits.
     """
-    results = {number: _finish(bounded.exceed_only([number], x)) for number, x in starts.items()}
+    results = {number: _require_end(bounded.exceed_only([number], x)) for number, x in starts.items()}
     converged = [result for result in results.values() if result.status.ok]
     for number, result in results.items():
         others = iter(() if result.status.ok else converged)
         while not bounded.suffices(number, results[number]) and (other := next(others, None)):
-            results[number] = _finish(bounded.exceed_only([number], other.x, other.multipliers))
+            results[number] = _require_end(bounded.exceed_only([number], other.x, other.multipliers))
     return results
 
 
-def _finish(result: ElasticResult) -> ElasticResult:
+def _require_end(result: ElasticResult) -> ElasticResult:
     """Return a result; raise KeyboardInterrupt if it was interrupted."""
     if result.status is Status.INTERRUPTED:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""States after the events of an integrated plan, which a replay locates where the integrated motion has them."""
+"""Prediction of the states after the events of an integrated plan, which differ from the planned ones."""
 
 import functools
 
@@ -17,8 +17,8 @@ from gaitopt.motion.motion import Array
 def predict_phase_end(dynamics: PhaseDynamics, state: Array, torque: Array, p: Array, following: Mode) -> Array:
     """Return angles and rates at the planned end of a phase, (2 n_angles,), if a slip ends where its guard is zero.
 
-    During the delay of the end of a slip the rates change by the accelerations of the slip instead of those of the
-    following mode.  At the onset of a slip the accelerations do not jump.
+    While the end of a slip is delayed, the rates change with the accelerations of the slip instead of those of the
+    following mode.  At the onset of a slip, the accelerations are continuous.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def predict_touchdown(dynamics: PhaseDynamics, state: Array, torque: Array, p: A
 
 @functools.lru_cache(maxsize=64)
 def _build_end_of_slip(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
-    """Return (q, v, torque, p) -> rates, with those of the angles at the planned end of a slip."""
+    """Return the Function (q, v, torque, p) -> rates, those of the angles at the planned end of a slip."""
     q, v, torque, p = _make_symbols(robot)
     at_rest = ca.MX(v)
     at_rest[SLIDE] = 0
@@ -81,7 +81,7 @@ def _build_guard(robot: Robot, mode: Mode, following: Mode) -> ca.Function:
 
 @functools.lru_cache(maxsize=64)
 def _build_touchdown(robot: Robot, mode: Mode, outcome: Mode) -> ca.Function:
-    """Return (q, v, torque, p) -> state (q, v) after a touchdown with a known outcome and the leg exchange."""
+    """Return the Function (q, v, torque, p) -> (q, v) after a touchdown with a known outcome and the leg exchange."""
     q, v, p = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("p", len(robot.parameters))
     reset = ca.Function("reset", [q, v, p], [Touchdown(robot).reset(outcome, q, v, p)])
     q, v, torque, p = _make_symbols(robot)

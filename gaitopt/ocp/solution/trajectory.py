@@ -131,7 +131,7 @@ class BetweenNodes:
 def check_between_nodes(
     transcription: Transcription, values: dict[str, float], x: Array, deviation: float = 0.0
 ) -> BetweenNodes:
-    """Integrate a plan between its nodes under the planned torques and compare.
+    """Integrate a plan between its nodes under the planned torques, and compare it with the nodes.
 
     Parameters
     ----------

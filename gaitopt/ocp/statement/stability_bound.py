@@ -8,6 +8,9 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.parameters import as_float, number_within, positive
 
+LEAST_RADIUS = 0.01
+"""Least bound of the spectral radius: below 0.0022, its conditions in the NLP are smaller than a solver's tolerance."""
+
 
 @check_arguments
 @frozen(kw_only=True)
@@ -22,7 +25,7 @@ class StabilityBound:
     Attributes
     ----------
     radius : float
-        Largest spectral radius; ``inf`` if it has only a weight.
+        Largest spectral radius, at least 0.01; ``inf`` if it has only a weight.
     weight : float
         Weight of the spectral radius in the objective, in the unit of the objective.
     gain_limit : float
@@ -45,5 +48,7 @@ class StabilityBound:
     gain_limit: float = field(default=0.0, converter=as_float, validator=number_within(lower=0))
 
     def __attrs_post_init__(self) -> None:
+        if self.radius < LEAST_RADIUS:
+            raise InputError(f"radius of StabilityBound must be at least {LEAST_RADIUS:g}, got {self.radius:g}.")
         if math.isinf(self.radius) and self.weight == 0:
             raise InputError("StabilityBound needs a finite radius, or a weight greater than 0.")

@@ -39,7 +39,7 @@ def _least_sliding_inertia(robot: Robot, p: bytes, angles: tuple[tuple[float, fl
     lower, upper = np.array(angles).T[:, :, None]
     poses: Array = np.zeros((robot.n_q, POSES))
     poses[2:] = np.random.default_rng(0).uniform(lower, upper, (len(angles), POSES))
-    function = robot.wellposed.map("wellposed", "serial", POSES, [1], [])  # the parameters are those of all poses
+    function = robot.wellposed.map("wellposed", "serial", POSES, [1], [])  # all poses have the same parameters
     shares = FastCall(function)(poses.ravel(order="F"), np.frombuffer(p))[0].reshape(2, POSES, order="F")
     ratios = shares / shares.mean(axis=0)
     return float(np.nan_to_num(ratios, nan=-np.inf).min())

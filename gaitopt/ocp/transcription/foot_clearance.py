@@ -60,12 +60,12 @@ def clearance_rows(
     """
     distance, heights = _touchdown_distance(builder, local, p), []
     lower = 0.0 if builder.terrain is None else -SLACK
-    over = None if builder.terrain is None else _place_on_terrain(builder, builder.terrain, local, number)
+    stance = None if builder.terrain is None else _locate_stance_foot(builder, builder.terrain, local, number)
     for state in states:
         q, v = dynamics.full(state)
         foot = builder.robot.landing(q, v, p)[0]
-        if over is not None:
-            heights.append(_height_over_terrain(builder, over, q[CONTACT], foot, p, distance))
+        if stance is not None:
+            heights.append(_height_over_terrain(builder, stance, q[CONTACT], foot, p, distance))
             continue
         foot -= _rotate_to_plane(builder.robot, q[CONTACT], p)
         lowest = builder.clearance() * bump(foot[0], distance)
@@ -80,14 +80,14 @@ def clearance_rows(
 
 
 class _StancePlace(NamedTuple):
-    """Place of the stance foot at the start of the step and slide before a phase, as local variables."""
+    """The terrain, and as local variables the place of the stance foot at the start of a step and its earlier slide."""
 
     terrain: SwingTerrain
     start: ca.SX
     slid: ca.SX
 
 
-def _place_on_terrain(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVariables, number: int) -> _StancePlace:
+def _locate_stance_foot(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVariables, number: int) -> _StancePlace:
     travels = [local.add("travel before", np.array([[column]])) for column in terrain.travels]
     tables = (builder.variables.tables.get((Unknown.SLIDE, phase)) for phase in range(number))
     slides = [local.add("slide before", table[:1, [-1]]) for table in tables if table is not None]
@@ -95,16 +95,16 @@ def _place_on_terrain(builder: NlpBuilder, terrain: SwingTerrain, local: BlockVa
 
 
 def _height_over_terrain(
-    builder: NlpBuilder, over: _StancePlace, contact: ca.SX, foot: ca.SX, p: ca.SX, distance: ca.SX
+    builder: NlpBuilder, stance: _StancePlace, contact: ca.SX, foot: ca.SX, p: ca.SX, distance: ca.SX
 ) -> ca.SX:
     """Return the height of the swing foot over the terrain, less the requested clearance [m].
 
-    Without a clearance it is required only well ahead of the stance foot: behind it, and where they pass each other,
-    straight legs reach through the ground.
+    Without a clearance, the swing foot must be above the terrain only well ahead of the stance foot: behind it, and
+    where the feet pass each other, straight legs reach through the ground.
     """
     incline = p[builder.robot.index(INCLINE)]
-    slid = stance_rotation(incline) @ ca.vertcat(over.slid, 0)
-    ahead, height = height_over_terrain(over.terrain, over.start, incline, contact, foot, slid)
+    slid = stance_rotation(incline) @ ca.vertcat(stance.slid, 0)
+    ahead, height = height_over_terrain(stance.terrain, stance.start, incline, contact, foot, slid)
     if builder.cleared:
         return height - builder.clearance() * bump(ahead, distance)
     return height + DEEPEST * (1 - smooth_step(ahead / PASSED - 1))

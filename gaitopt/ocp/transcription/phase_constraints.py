@@ -24,7 +24,7 @@ from gaitopt.ocp.transcription.scheme import Point
 from gaitopt.ocp.transcription.sign_changes import mean_parts
 
 NO_CONTACT = ContactQuantities(ca.SX.zeros(2), ca.SX(0), ca.SX(1), ca.SX.ones(2), ca.SX(0))
-"""Quantities for which only the number of the conditions of a transition is of interest."""
+"""Placeholders, from which it is known whether a transition states conditions."""
 
 
 class Equations:

@@ -8,8 +8,8 @@ zeros z^3 + a_2 z^2 + a_1 z + a_0 these are
 
 (Jury, Theory and Application of the z-Transform Method, 1964).  The last one is the product of 1 - z_i z_j over the
 pairs of zeros, so it has a simple zero where a complex pair reaches the circle.  With abs(a_0) = 1 the conditions also
-hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.  The conditions are multiplied by r^3: a
-small radius would otherwise divide the coefficients by nearly zero.
+hold for zeros such as 2, 1 and 1/2, so abs(a_0) is kept below 1 by a margin.  The conditions are multiplied by r^3,
+because the coefficients are divided by powers of the radius r, which may be small.
 """
 
 import math

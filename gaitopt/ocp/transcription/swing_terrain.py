@@ -14,10 +14,10 @@ WIDTH, ROUNDING = 0.05, 1e-3
 """Width of the smooth transition in front of a step up or behind a step down, and radius of the ends of ramps [m]."""
 
 DEEPEST = 0.1
-"""Depth of the swing foot below the terrain that is accepted where straight legs pass each other [m]."""
+"""Accepted depth of the swing foot below the terrain where straight legs pass each other [m]."""
 
 SLACK = 1e-5
-"""Lack of height above the smooth profile that is accepted [m]."""
+"""Accepted depth of the swing foot below the smooth profile [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class SwingTerrain:
 
 
 def smooth_height(terrain: Terrain, place: ca.SX) -> ca.SX:
-    """Return a smooth profile of a terrain, at most slightly below it near the ends of ramps [m].
+    """Return the height of a smooth profile of a terrain [m], at most slightly below the terrain near ends of ramps.
 
-    Steps begin in front of a step up and end behind a step down, but not beyond the neighbouring step; ends of ramps
-    are rounded.
+    The profile rises in front of a step up and falls behind a step down, but not beyond the neighbouring step; the
+    ends of ramps are rounded.
 
     Examples
     --------

@@ -158,7 +158,7 @@ class EventResolution:
         return bool(parts.normal[contact] @ choice.acceleration + parts.normal_bias[contact] >= -APPROACH)
 
     def _closing(self, state: PlanarState, kind: GuardKind) -> list[int]:
-        """Return the contacts that close: several at a touchdown; at another event, those that touch exactly.
+        """Return the contacts that close: at a touchdown, all within its tolerance; at another event, those that touch.
 
         A contact that touches shortly after an event that is not a touchdown has a separate event.
         """

@@ -87,13 +87,13 @@ def event_derivative(
 def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> GuardKind:
     """Return the guard that determines the time of an event: that of a closing contact if there is an impact.
 
-    Another guard may fall through zero at the same instant.
+    Another guard may reach zero at the same instant.
     """
     if event.outcome is None or ended_by.name == "closes":
         return ended_by
     names = phase.robot.contact_names
     gaps = [kind for kind in phase.equations.guards if kind.name == "closes"]
-    return next(kind for kind in gaps if f"{names[kind.number]} closes" in event.names)
+    return next((kind for kind in gaps if f"{names[kind.number]} closes" in event.names), ended_by)
 
 
 def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FOR_TABLES, FOR_FILES = ("xarray", "dask.array"), ("h5netcdf", "distributed")
-"""Packages that xarray imports for a table and for its file, the last one of each if it is installed."""
+"""Packages that xarray imports for a table and for its file; the last one of each is optional."""
 
 
 def import_packages(path: Path | None) -> None:
-    """Import what a table and its file, if there is one, need.
+    """Import the packages that a table and its file, if there is one, need.
 
-    A study does so while its workers run, so that an interrupt does not wait for it.  A thread must not: packages with
-    circular imports fail if two threads import them.
+    A study imports them while its workers run, so that an interrupt does not wait for the import.  A thread must not
+    import them: packages with circular imports fail if two threads import them.
     """
     for name in FOR_TABLES if path is None else FOR_TABLES + FOR_FILES:
         with contextlib.suppress(ImportError):  # reported when the table is made

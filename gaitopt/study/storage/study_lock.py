@@ -56,7 +56,7 @@ def lock_study(path: Path) -> Iterator[None]:
             os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
         with contextlib.suppress(OSError):  # a file that vanishes, or belongs to another user
             remove_abandoned_files(target)
-            remove_abandoned_folders()  # a study that only lacks its file starts no workers
+            remove_abandoned_folders()  # a study of which only the file is missing starts no workers, which remove them
         yield
     finally:
         if os.name == "posix":

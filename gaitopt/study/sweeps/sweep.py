@@ -191,7 +191,7 @@ def _resume_file(path: Path, key: dict[str, Any], find: FindResults, measures: s
 
     Measures that a complete file does not have are added to it.
 
-    One process computes a file at a time.  A file with more points than the new result stays.
+    Only one process at a time computes a file.  A file with more points than the new result stays.
     """
     parts = GaitStore.beside(path)
     table = read_stored_sweep(path, key)

@@ -226,7 +226,7 @@ class Pareto:
 def _resume_file(path: Path, key: dict[str, Any], find: Any) -> "xr.Dataset":
     """Return the front of a file; gaits that are missing are solved, and each is stored when it is finished.
 
-    One process computes a file at a time.
+    Only one process at a time computes a file.
     """
     parts, table = GaitStore.beside(path), _read_complete(path, key)
     if table is not None:
