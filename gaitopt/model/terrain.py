@@ -28,6 +28,8 @@ class Piece(NamedTuple):
         Coefficient of kinetic friction; None where it is the parameter ``friction``.
     grade : float
         Rise over distance, 0 unless it is part of a ramp.
+    level : float [m]
+        Height at place 0 of the extended piece, the same for all parts of a straight ramp.
     """
 
     begin: float
@@ -35,11 +37,12 @@ class Piece(NamedTuple):
     height: float
     friction: float | None
     grade: float = 0.0
+    level: float = 0.0
 
     @property
     def line(self) -> tuple[float, float]:
         """Height at place 0 of the extended piece [m], and its grade."""
-        return (self.height - self.grade * self.begin if self.grade else self.height), self.grade
+        return self.level, self.grade
 
     @property
     def incline(self) -> float:
@@ -74,7 +77,7 @@ class Terrain:
     --------
     >>> terrain = Terrain(steps=[(1.2, -0.02)], patches=[(0.8, 1.4, 0.1)])
     >>> terrain.height(1.5), terrain.pieces[1]
-    (-0.02, Piece(begin=0.8, end=1.2, height=0.0, friction=0.1, grade=0.0))
+    (-0.02, Piece(begin=0.8, end=1.2, height=0.0, friction=0.1, grade=0.0, level=0.0))
     """
 
     steps: Sequence[tuple[float, float]] = ()
@@ -107,7 +110,7 @@ class Terrain:
         changes |= {place for band in (*self.patches, *self.ramps) for place in band[:2]}
         bounds = [-math.inf, *sorted(changes), math.inf]
         return tuple(
-            Piece(begin, end, self.height(begin), self._friction(begin), self._grade(begin))
+            Piece(begin, end, self.height(begin), self._friction(begin), self._grade(begin), self._level(begin))
             for begin, end in itertools.pairwise(bounds)
         )
 
@@ -129,6 +132,14 @@ class Terrain:
 
     def _friction(self, place: float) -> float | None:
         return next((friction for begin, end, friction in self.patches if begin <= place < end), None)
+
+    def _level(self, place: float) -> float:
+        """Return the height at place 0 of the extended ground at a place [m], from the begin of a ramp."""
+        ramp = next((begin for begin, end, _ in self.ramps if begin <= place < end), None)
+        if ramp is None:
+            return self.height(place)
+        height = self.height(ramp) + sum(rise for at, rise in self.steps if ramp < at <= place)
+        return height - self._grade(place) * ramp
 
     def _grade(self, place: float) -> float:
         return next((rise / (end - begin) for begin, end, rise in self.ramps if begin <= place < end), 0.0)

@@ -15,11 +15,10 @@ from gaitopt.lazy import Deferred
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.coordinate_entries import CONTACT, GAP, SLIDE
 from gaitopt.model.ground import GROUND
+from gaitopt.model.ground_frame import INCLINE, NEXT_INCLINE, RISE
 from gaitopt.model.robot import Robot
 from gaitopt.model.step_check import exempt_from_step_check, require_valid_step
 from gaitopt.parameters import Parameter
-
-RISE, INCLINE, NEXT_INCLINE = "rise", "incline", "next_incline"
 
 STEEPEST = 1.0
 """Largest inclination of the ground relative to the plane [rad]."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, SLIDE
+from gaitopt.model.ground_frame import NEXT_INCLINE, place_on_plane
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.parameters import check_type
@@ -214,12 +215,18 @@ class Motion:
 
     @property
     def travel(self) -> float:
-        """Forward travel of the stance foot from the first state to the last leg exchange, slide included [m]."""
+        """Forward travel of the stance foot from the first state to the last leg exchange, slide included [m].
+
+        It is measured along the plane, also on inclined ground.
+        """
         if not self.segments:
             return 0.0
-        start = self.segments[0].q[SLIDE, 0]
-        end = self.jumps[-1].q_next[SLIDE] if self.jumps else self.segments[-1].q[SLIDE, -1]
-        return float(end - start)
+        start = place_on_plane(self.segments[0].q[CONTACT, 0], self.parameters)
+        if self.jumps:
+            end = place_on_plane(self.jumps[-1].q_next[CONTACT], self.parameters, NEXT_INCLINE)
+        else:
+            end = place_on_plane(self.segments[-1].q[CONTACT, -1], self.parameters)
+        return float(end[SLIDE] - start[SLIDE])
 
     def channel(self, name: str) -> Array:
         """Return an array of the segments, joined along time.

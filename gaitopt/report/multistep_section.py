@@ -12,9 +12,10 @@ COLUMNS = {
     "slope": "slope [rad]",
     "step_length": "length [m]",
     "duration": "duration [s]",
+    "rise": "rise [m]",
     "objective": "objective",
 }
-"""Headings of the facts of a step, by name."""
+"""Headings of the facts of a step, by name; `rise` is stated on a terrain only."""
 
 
 def multistep_section(gait: MultiStepGait, *, title: str, name: str) -> Element:
@@ -57,8 +58,10 @@ def _tables(gait: MultiStepGait) -> tuple[Element, Element]:
         ("periodic", "yes" if gait.problem.periodic else "no"),
         ("replay", verdict),
     ]
+    stated = gait.summarise()["steps"]
+    columns = {name: heading for name, heading in COLUMNS.items() if name in stated[0]}
     steps = [
-        (str(number), *(value if isinstance(value, str) else f"{value:.4g}" for value in map(step.get, COLUMNS)))
-        for number, step in enumerate(gait.summarise()["steps"], start=1)
+        (str(number), *(value if isinstance(value, str) else f"{value:.4g}" for value in map(step.get, columns)))
+        for number, step in enumerate(stated, start=1)
     ]
-    return table(facts, name="Facts"), table(steps, ("step", *COLUMNS.values()), name="Steps")
+    return table(facts, name="Facts"), table(steps, ("step", *columns.values()), name="Steps")

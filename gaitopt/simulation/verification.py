@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import feedforward
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, GAP
+from gaitopt.model.ground_frame import NEXT_INCLINE, place_on_plane
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport, ledger
 from gaitopt.motion.gait import Gait, Verification, check_gait, cone_margin
@@ -160,13 +161,15 @@ def _check_exchange(robot: Robot, walked: Motion) -> list[str]:
     """
     p, faults = robot.vector(walked.parameters), []
     for jump in walked.jumps:
-        place, velocity, _ = (np.asarray(part).ravel() for part in robot.landing(jump.q, jump.v_minus, p))
+        place = np.asarray(robot.landing(jump.q, jump.v_minus, p)[0]).ravel()
+        velocity = np.asarray(robot.collision(jump.q, jump.v_minus, p)[0]).ravel()
         if not velocity[GAP] < 0:
             faults.append(
                 "the landing foot does not approach the ground from above: its normal velocity is "
                 f"{velocity[GAP]:.3g} m/s"
             )
-        distance = float(np.linalg.norm(jump.q_next[CONTACT] - place))
+        foothold = place_on_plane(jump.q_next[CONTACT], walked.parameters, NEXT_INCLINE)
+        distance = float(np.linalg.norm(foothold - place))
         if not distance <= EXCHANGE_TOLERANCE:
             faults.append(f"the landing foot does not become the stance foot: they are {distance:.3g} m apart")
         before, after = (

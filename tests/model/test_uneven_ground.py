@@ -1,16 +1,27 @@
 """Robots on uneven ground: the same mechanics as on a plane of another slope, and steps of stairs."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, compass_biped, ledger, solve, verify
+from gaitopt import Collocation, GaitProblem, InputError, Limits, compass_biped, ledger, solve, verify
 from gaitopt.cli.script import load_script
 from gaitopt.model import Mode, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL
 from gaitopt.model.robots.round_foot_walker import round_foot_walker
 from gaitopt.model.uneven_ground import adapt_to_uneven_ground
+from gaitopt.motion.energy import absolute_work
+from gaitopt.ocp.bounds import nlp_data, transcribe_problem
+from gaitopt.ocp.initial.initial_point import initial_point
+from gaitopt.ocp.multistep.multistep_gait import join_steps
+from gaitopt.ocp.nlp.keys import Kind, Unknown
+from gaitopt.ocp.solution.swing_foot_checks import lack_of_height
+from gaitopt.ocp.statement.initial_guess import LinearGuess
+from gaitopt.ocp.statement.objective import Objective
+from gaitopt.simulation.verification import _check_exchange
 
 ROOT = Path(__file__).parents[2]
 COMPASS = compass_biped()
@@ -65,27 +76,72 @@ def test_the_frame_of_the_next_foothold_is_that_of_its_incline():
     assert float(UNEVEN.touchdown(q, v, p)[0]) == pytest.approx(height, abs=1e-14)
 
 
+def problem(**ground):
+    return GaitProblem(
+        robot=UNEVEN,
+        parameters=ground,
+        sequence="stick | stick",
+        friction=0.3,
+        speed=0.6,
+        step_length=0.45,
+        limits=Limits(torque=20),
+        objective="torque_squared",
+    )
+
+
 @pytest.mark.parametrize("rise", [0.03, -0.03])
 def test_a_periodic_gait_climbs_or_descends_stairs(rise):
-    gait = verify(
-        solve(
-            GaitProblem(
-                robot=UNEVEN,
-                parameters={"rise": rise},
-                sequence="stick | stick",
-                friction=0.3,
-                speed=0.6,
-                step_length=0.45,
-                limits=Limits(torque=20),
-                objective="torque_squared",
-            )
-        )
-    )
+    gait = verify(solve(problem(rise=rise)))
     assert gait.status.ok, gait.verification
+    heights = [jump.q_next[1] for jump in join_steps([gait.motion] * 2).jumps]
+    np.testing.assert_allclose(heights, [rise, 2 * rise], atol=1e-10)
     assert gait.motion.jumps[0].q_next[1] == pytest.approx(rise, abs=1e-10)
     book, weight = ledger(gait.motion), 10 * 9.8  # two legs of 4 kg and a hip of 2 kg
     assert book.gravity == pytest.approx(-weight * rise, rel=1e-9)
     assert book.relative_residual < 1e-9
+
+
+class Length(Objective):
+    name, unit = "length", "m"
+
+    def boundary(self, step):
+        return step.travel
+
+
+def test_travel_on_inclined_ground_is_that_along_the_plane():
+    gait = verify(solve(problem(incline=-0.1, next_incline=-0.1)))
+    assert gait.status.ok, gait.verification
+    np.testing.assert_allclose([gait.step_length, gait.speed], [0.45, 0.6], rtol=1e-9)
+    assert gait.cost_of_transport == pytest.approx(absolute_work(gait.motion) / (10 * 9.8 * 0.45), rel=1e-9)
+    assert Length().evaluate(gait.motion) == pytest.approx(0.45)
+    walk = join_steps([gait.motion] * 2)
+    assert walk.travel == pytest.approx(0.9)
+    np.testing.assert_allclose(walk.jumps[1].q_next[:2], [0.9, -0.9 * np.tan(0.1)], atol=1e-9)
+    # relative to the plane the foot descends, relative to the ground it rises
+    jump = replace(gait.motion.jumps[0], v_minus=np.array([1, 0.05, 0, 0]))
+    faults = _check_exchange(UNEVEN, replace(gait.motion, jumps=(jump,)))
+    assert "its normal velocity is 0.05 m/s" in faults[0]
+
+
+def test_a_slide_does_not_change_the_clearance_on_inclined_ground():
+    stated = problem(rise=0.05, incline=0.15, next_incline=0.15).replace(
+        sequence="slip+ | slip+",
+        limits=Limits(torque=20, clearance=0.01),
+        transcription=Collocation(intervals=6),
+    )
+    transcription = transcribe_problem(stated, stated.transcription)
+    layout, functions = transcription.variables, transcription.nlp.functions
+    evaluate = ca.Function("constraints", [functions["x"], functions["p"]], [functions["g"]])
+    rows = [i for i, (_, key) in enumerate(transcription.constraints.entries) if key.kind is Kind.CLEARANCE]
+    values = []
+    for slide in (0.0, 0.05):
+        x = initial_point(transcription, stated, LinearGuess())
+        x[layout[Unknown.ANGLES]] += [[0.05], [-0.05]]  # the foot lacks most height ahead of the stance foot
+        x[layout[Unknown.SLIDE, 0][0]] = slide
+        x[layout[Unknown.TRAVEL]] = 0.45 + slide * np.cos(0.15)
+        constraints = evaluate(x, nlp_data(transcription, stated, x)).full().ravel()
+        values.append([*constraints[rows], lack_of_height(transcription, stated, x)])
+    np.testing.assert_allclose(*values, atol=1e-14)
 
 
 def test_only_walkers_with_point_feet_are_accepted():

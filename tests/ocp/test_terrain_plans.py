@@ -10,8 +10,12 @@ from gaitopt.cli.script import load_script
 from gaitopt.model import Terrain
 from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.ocp.multistep import multistep_solver
+from gaitopt.ocp.multistep.foothold_ground import find_footholds, passes_change, rise_between
 from gaitopt.ocp.multistep.terrain_check import find_scuffs
+from gaitopt.ocp.transcription.swing_terrain import smooth_height
 from gaitopt.plot.ground_line import find_profile
+from gaitopt.report.markup import to_html
+from gaitopt.report.multistep_section import multistep_card
 from gaitopt.simulation import verify_steps
 
 WEIGHT = 10 * 9.8
@@ -193,6 +197,29 @@ def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
 def test_the_profile_of_a_ramp_is_drawn():
     profile = find_profile(Terrain(ramps=[(1.0, 2.0, 0.1)]), 0.5, 1.5)
     np.testing.assert_allclose(profile, [[0.5, 1.0, 1.0, 1.5], [0, 0, 0, 0.05]], atol=1e-15)
+
+
+def test_the_parts_of_a_straight_ramp_are_no_change_of_the_ground():
+    terrain = Terrain(ramps=[(0.3, 0.9, 0.07)], patches=[(0.5, 0.7, 0.2)])
+    step = STEP.replace(step_length=0.2)
+    footholds = find_footholds(terrain, (step,) * 4, {}, {})
+    assert [terrain.pieces.index(foothold.piece) for foothold in footholds] == [0, 0, 1, 2, 3]
+    assert [passes_change(terrain, footholds, number) for number in range(1, 4)] == [True, False, False]
+    assert rise_between(footholds[2].piece, footholds[3].piece) == (0, 0)
+
+
+def test_the_smooth_profile_of_a_narrow_pit_has_no_bump():
+    places = np.linspace(0.9, 1.1, 401)
+    for steps in ([(1.0, -0.05), (1.03, 0.05)], [(1.0, -0.05), (1.03, 0.02)]):
+        terrain = Terrain(steps=steps)
+        profile = np.array([float(smooth_height(terrain, place)) for place in places])
+        exact = np.array([terrain.height(place) for place in places])
+        assert np.all(profile >= exact - 1e-15)
+        assert profile.max() <= 1e-15
+
+
+def test_the_rise_of_each_step_is_in_the_table(down):
+    assert "rise [m]" in to_html(multistep_card(down))
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """MultiStepGait: an optimised gait of several steps, and the motion of its steps one after the other."""
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -10,8 +9,9 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.model.coordinate_entries import CONTACT, GAP
+from gaitopt.model.ground_frame import place_on_plane
 from gaitopt.model.terrain import Terrain
-from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE
+from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE
 from gaitopt.motion.gait import Verification
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.summary import plain
@@ -115,8 +115,8 @@ class MultiStepGait:
 def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Terrain | None = None) -> Motion:
     """Return motions of single steps as one motion, in order.
 
-    On a terrain, the positions of the feet are given along and across the plane, and their rates along and across the
-    ground below the stance foot.
+    The positions of the feet are given along and across the plane, so the parameters of the motion contain no
+    inclination; their rates are given along and across the ground below the stance foot.
 
     Parameters
     ----------
@@ -132,28 +132,24 @@ def join_steps(motions: Sequence[Motion], *, absolute: bool = False, terrain: Te
     place = origin
     for number, motion in enumerate(motions):
         start = float(motion.segments[0].time[0])
-        stance, landing = (_rotation(motion.parameters.get(name, 0.0)) for name in (INCLINE, NEXT_INCLINE))
         offset = origin if absolute else place
         for segment in motion.segments:
-            segments.append(_move_segment(segment, number, time - start, offset, stance))
+            segments.append(_move_segment(segment, number, time - start, offset, motion.parameters))
         for jump in motion.jumps:
-            jumps.append(_move_jump(jump, number, time - start, offset, (stance, landing)))
+            jumps.append(_move_jump(jump, number, time - start, offset, motion.parameters))
             place = jumps[-1].q_next[CONTACT].copy()
-            if terrain is None:
+            if RISE not in motion.parameters:
                 place[GAP] = 0.0
         time = float(segments[-1].time[-1])
-    return replace(motions[0], segments=tuple(segments), jumps=tuple(jumps), terrain=terrain)
+    parameters = motions[0].parameters
+    if RISE in parameters:
+        parameters = {**parameters, INCLINE: 0.0, NEXT_INCLINE: 0.0}
+    return replace(motions[0], parameters=parameters, segments=tuple(segments), jumps=tuple(jumps), terrain=terrain)
 
 
-def _rotation(incline: float) -> Array:
-    """Return the matrix from coordinates along and across inclined ground to those of the plane."""
-    cosine, sine = math.cos(incline), math.sin(incline)
-    return np.array([[cosine, -sine], [sine, cosine]])
-
-
-def _move_segment(segment: Segment, step: int, delay: float, distance: Array, stance: Array) -> Segment:
+def _move_segment(segment: Segment, step: int, delay: float, distance: Array, ground: dict[str, float]) -> Segment:
     q, points = segment.q.copy(), segment.points + distance[:, None, None]
-    q[CONTACT] = stance @ q[CONTACT] + distance[:, None]
+    q[CONTACT] = place_on_plane(q[CONTACT], ground) + distance[:, None]
     rims = segment.rims
     if rims is not None:
         rims = rims.copy()
@@ -161,8 +157,8 @@ def _move_segment(segment: Segment, step: int, delay: float, distance: Array, st
     return replace(segment, step=step, time=segment.time + delay, q=q, points=points, rims=rims)
 
 
-def _move_jump(jump: Jump, step: int, delay: float, distance: Array, grounds: tuple[Array, Array]) -> Jump:
+def _move_jump(jump: Jump, step: int, delay: float, distance: Array, ground: dict[str, float]) -> Jump:
     q, q_next = jump.q.copy(), jump.q_next.copy()
-    for state, ground in zip((q, q_next), grounds, strict=True):
-        state[CONTACT] = ground @ state[CONTACT] + distance
+    for state, incline in ((q, INCLINE), (q_next, NEXT_INCLINE)):
+        state[CONTACT] = place_on_plane(state[CONTACT], ground, incline) + distance
     return replace(jump, step=step, time=jump.time + delay, q=q, q_next=q_next)

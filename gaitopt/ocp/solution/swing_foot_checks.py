@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.coordinate_entries import full_coordinates
-from gaitopt.model.uneven_ground import height_of_footprints, is_on_uneven_ground
+from gaitopt.model.uneven_ground import height_of_footprints, is_on_uneven_ground, travel_of_slides
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.problem import GaitProblem
@@ -60,7 +60,7 @@ def lack_of_height(transcription: Transcription, problem: GaitProblem, x: Array)
     position, velocity = (np.asarray(output) for output in robot.landing.map(q.shape[1])(q, v, p)[:2])
     ahead, height = (_between(values, rates, lengths) for values, rates in zip(position, velocity, strict=True))
     slid = sum(x[layout[Unknown.SLIDE, phase.number][0, -1]] for phase in transcription.phases if phase.mode.slips)
-    distance = x[layout[Unknown.TRAVEL][0, 0]] - slid
+    distance = x[layout[Unknown.TRAVEL][0, 0]] - travel_of_slides(robot, p, slid)
     lowest = clearance * bump(ahead, distance)
     if is_on_uneven_ground(robot):
         lowest += height_of_footprints(robot, p, ahead, distance)

@@ -38,7 +38,7 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
         samples = _samples(segment, segments[0].time[0], duration)
         total += _integral(objective, motion, segment, number, samples)
         peaks += _peaks(objective, motion, segment, number, samples)
-    travel = float(jump.q_next[SLIDE] - segments[0].q[SLIDE, 0])
+    travel = replace(motion, segments=tuple(segments), jumps=(jump,)).travel
     total += float(ca.DM(objective.boundary(_boundary(motion, segments, jump, duration, travel))))
     if objective.per_weight_and_travel:
         total /= motion.total_mass * motion.parameters["gravity"] * travel

@@ -8,7 +8,15 @@ import numpy as np
 
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.coordinate_entries import CONTACT
-from gaitopt.model.uneven_ground import INCLINE, PASSED, height_of_footprints, is_on_uneven_ground, stance_rotation
+from gaitopt.model.robot import Robot
+from gaitopt.model.uneven_ground import (
+    INCLINE,
+    PASSED,
+    height_of_footprints,
+    is_on_uneven_ground,
+    stance_rotation,
+    travel_of_slides,
+)
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Place, Row, Unknown
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
@@ -50,7 +58,7 @@ def clearance_rows(
     places : list of Place
         Keys of the first nodes of the intervals.
     """
-    distance, heights = _touchdown_distance(builder, local), []
+    distance, heights = _touchdown_distance(builder, local, p), []
     lower = 0.0 if builder.terrain is None else -SLACK
     stance = None if builder.terrain is None else _locate_stance_foot(builder, builder.terrain, local, number)
     for state in states:
@@ -59,7 +67,7 @@ def clearance_rows(
         if stance is not None:
             heights.append(_height_over_terrain(builder, stance, q[CONTACT], foot, p, distance))
             continue
-        foot -= q[CONTACT]
+        foot -= _rotate_to_plane(builder.robot, q[CONTACT], p)
         lowest = builder.clearance() * bump(foot[0], distance)
         if is_on_uneven_ground(builder.robot):
             lowest += height_of_footprints(builder.robot, p, foot[0], distance)
@@ -102,10 +110,16 @@ def _height_over_terrain(
     return height + DEEPEST * (1 - smooth_step(ahead / PASSED - 1))
 
 
-def _touchdown_distance(builder: NlpBuilder, local: BlockVariables) -> ca.SX:
+def _rotate_to_plane(robot: Robot, contact: ca.SX, p: ca.SX) -> ca.SX:
+    """Return the position of the stance foot along and across the plane [m]."""
+    return stance_rotation(p[robot.index(INCLINE)]) @ contact if is_on_uneven_ground(robot) else contact
+
+
+def _touchdown_distance(builder: NlpBuilder, local: BlockVariables, p: ca.SX) -> ca.SX:
     """Return the distance between the feet at touchdown: the travel minus the slide of the stance foot [m].
 
     A periodic step starts with the swing foot at the same distance behind.
     """
-    slides = builder.slides(local)
-    return local.add("travel", builder.variables[Unknown.TRAVEL]) - sum(slides, ca.SX(0))
+    slid = sum(builder.slides(local), ca.SX(0))
+    travel = local.add("travel", builder.variables[Unknown.TRAVEL])
+    return travel - travel_of_slides(builder.robot, p, slid)

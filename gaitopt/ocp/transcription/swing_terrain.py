@@ -1,5 +1,6 @@
 """The swing foot over a terrain: its height above the profile of the ground between its footprints."""
 
+import math
 from dataclasses import dataclass
 
 import casadi as ca
@@ -41,7 +42,8 @@ class SwingTerrain:
 def smooth_height(terrain: Terrain, place: ca.SX) -> ca.SX:
     """Return the height of a smooth profile of a terrain [m], at most slightly below the terrain near ends of ramps.
 
-    The profile rises in front of a step up and falls behind a step down; the ends of ramps are rounded.
+    The profile rises in front of a step up and falls behind a step down, but not beyond the neighbouring step; the
+    ends of ramps are rounded.
 
     Examples
     --------
@@ -50,9 +52,11 @@ def smooth_height(terrain: Terrain, place: ca.SX) -> ca.SX:
     [0.0, 0.05, 0.1]
     """
     height = ca.SX(0)
-    for at, rise in terrain.steps:
-        begin = at - WIDTH if rise > 0 else at
-        height += rise * smooth_step((place - begin) / WIDTH)
+    places = [-math.inf, *(at for at, _ in terrain.steps), math.inf]
+    for (at, rise), before, after in zip(terrain.steps, places[:-2], places[2:], strict=True):
+        width = min(WIDTH, at - before if rise > 0 else after - at)
+        begin = at - width if rise > 0 else at
+        height += rise * smooth_step((place - begin) / width)
     for begin, end, rise in terrain.ramps:
         height += rise / (end - begin) * (_positive_part(place - begin) - _positive_part(place - end))
     return height
