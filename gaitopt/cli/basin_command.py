@@ -64,7 +64,8 @@ def basin(
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
     For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
-    gait is also reported.
+    gait is also reported.  Coordinates of the start without an axis have the value of --state, otherwise that of the
+    saved gait or, with a single axis, of the periodic gait that is found first.
 
     The command may be interrupted: with an output file, the same command resumes the computation.
 

@@ -1,5 +1,6 @@
 """The command on design: parameters of a walker optimised with one gait or a family of gaits."""
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,9 +13,15 @@ from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from gaitopt.design.family_gaits import FamilyGaits
+    from gaitopt.model.robot import Robot
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.progress import HomotopyIteration, Iteration
+
+BOUND_TOLERANCE = 1e-6
+"""Distance from a bound, relative to the range of a parameter, at which the parameter is at its bound."""
 
 
 def design(
@@ -55,7 +62,7 @@ def design(
     if json:
         print_json(result.summarise() | {"files": [str(path) for path in written]})
     else:
-        _print_family(result)
+        _print_family(result, _free_ranges(stated))
         for path in written:
             report_file(path)
         if not ok:
@@ -115,14 +122,38 @@ def _solve_one(problem: "GaitProblem", observe: Any) -> "FamilyGaits":
     )
 
 
-def _print_family(result: "FamilyGaits") -> None:
+def _free_ranges(stated: Any) -> dict[str, tuple[float, float]]:
+    """Return the bounds of the free parameters of a family or of one problem."""
+    problem = stated.problems[0] if hasattr(stated, "problems") else stated
+    return {name: (float(lower), float(upper)) for name, (lower, upper) in problem.free_ranges.items()}
+
+
+def _describe_parameter(robot: "Robot", name: str, value: float, ends: tuple[float, float]) -> str:
+    """Return a designed parameter with its unit, and whether it is at a bound.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> _describe_parameter(compass_biped(), "leg_com", 1.2, (0.4, 1.2))
+    'leg_com 1.2 m (at its upper bound)'
+    """
+    unit = robot.parameters[robot.index(name)].unit
+    near = BOUND_TOLERANCE * (ends[1] - ends[0])
+    side = "lower" if value <= ends[0] + near else "upper" if value >= ends[1] - near else ""
+    text = f"{name} {value:.6g}" + ("" if unit in ("", "1") else f" {unit}")
+    return f"{text} (at its {side} bound)" if side else text
+
+
+def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, float]]") -> None:
     """Print the parameters and a table of the gaits."""
     from rich import box
     from rich.table import Table
 
     out.print(f"status: {result.status.key}, {result.message}, {result.iterations} iterations")
     if result.design:
-        out.print("design: " + ", ".join(f"{name} {value:.6g}" for name, value in result.design.items()))
+        robot, unbounded = result.gaits[0].robot, (-math.inf, math.inf)
+        texts = (_describe_parameter(robot, name, v, ranges.get(name, unbounded)) for name, v in result.design.items())
+        out.print("design: " + ", ".join(texts))
     out.print(f"objective: {result.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("gait", "sequence", "speed [m/s]", "step [m]", "friction", "slope [rad]", "objective", "replay"):

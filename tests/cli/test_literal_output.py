@@ -251,7 +251,7 @@ def family():
     result = types.SimpleNamespace(
         status=Status.SOLVED, message="done [s]", iterations=3, design={"hip_mass": 2.0}, objective=1.0, gaits=gaits
     )
-    design_command._print_family(result)
+    design_command._print_family(result, {"hip_mass": (1.0, 3.0)})
 
 
 def audit():
