@@ -158,8 +158,10 @@ def _conclude(family: Family, gaits: Sequence[Gait], design: Mapping[str, float]
     weights = tuple(family.weights or ())
     costs = [weight * gait.solver.objective for weight, gait in zip(weights, gaits, strict=True)]
     failed = next(((i, gait) for i, gait in enumerate(gaits, start=1) if not gait.status.ok), None)
+    # The gaits are solved with the shared parameters fixed; their records state that these were free.
+    free = {name: list(ends) for name, ends in family.problems[0].free.items()}
     return FamilyGaits(
-        gaits=tuple(gaits),
+        gaits=tuple(gait.replace_fields(problem={**gait.problem, "free": free}) for gait in gaits),
         design=dict(design),
         weights=weights,
         objective=max(costs) if family.worst_case else sum(costs),

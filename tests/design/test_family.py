@@ -15,12 +15,15 @@ from gaitopt import (
     StabilityBound,
     assess_stability,
     compass_biped,
+    load,
     rimless_wheel,
+    save,
     solve,
     verify,
 )
 from gaitopt.design import family_solve, planned_gains, planned_law
 from gaitopt.design.family_solve import _join_bounds, _Member, _solve_first
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
 from gaitopt.progress import silent
 
@@ -91,6 +94,12 @@ def test_all_gaits_have_the_common_parameters_and_are_replayed(result):
         assert {name: gait.motion.parameters[name] for name in FREE} == result.design
         assert verify(gait).verification.passed
     assert result.objective == pytest.approx(0.25 * result.costs[0] + 0.75 * result.costs[1])
+
+
+def test_the_file_of_a_gait_contains_the_shared_parameters(result, tmp_path):
+    gait = load(save(result.gaits[0], tmp_path / "gait.h5"))
+    assert gait.design == pytest.approx(result.design)
+    assert any(name == "design" and "leg_com" in text for name, text in tabulate_gait(gait))
 
 
 def test_the_weighted_derivatives_of_the_costs_vanish_inside_the_bounds(result):
