@@ -109,7 +109,7 @@ def _title(diagram: BranchDiagram) -> str:
 
 
 def angle_symbol_of(coordinate: str) -> str:
-    """Return the symbol of a coordinate of a section; that of a rate has a dot.
+    r"""Return the symbol of a coordinate of a section; that of a rate has a dot.
 
     Examples
     --------
