@@ -29,7 +29,13 @@ def films(text):
 
 
 def test_the_page_names_every_contact_its_modes_and_its_impulse(text, hop_gait):
-    for part in ("foot stick", "flight", "foot closes at 0.4 s; impulse foot (", "Normal forces over the weight", "Lengths"):
+    for part in (
+        "foot stick",
+        "flight",
+        "foot closes at 0.4 s; impulse foot (",
+        "Normal forces over the weight",
+        "Lengths",
+    ):
         assert part in text
     for contact in ("foot",):
         assert re.search(rf'<i class="swatch stance"></i>{contact}<', text)
