@@ -3,7 +3,15 @@
 import math
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.gait_table import Facts, describe_energy, describe_objective, describe_script, round_margin
+from gaitopt.motion.gait_table import (
+    Facts,
+    describe_certificate,
+    describe_design,
+    describe_energy,
+    describe_objective,
+    describe_script,
+    round_margin,
+)
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.status import Status
@@ -51,6 +59,7 @@ def _numbers(gait: PlanarGait) -> Facts:
     if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
     facts += [
+        *describe_design(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
@@ -65,7 +74,7 @@ def _numbers(gait: PlanarGait) -> Facts:
         for name, depth in find_depths(gait).items()
         if depth > LEAST_DEPTH
     ]
-    return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait))]
+    return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait)), *describe_certificate(gait)]
 
 
 def _phases(gait: PlanarGait) -> Facts:

@@ -22,8 +22,8 @@ def explain_one_way_slip(problem: PlanarProblem) -> str | None:
     Returns
     -------
     str or None
-        None if the sequence contains stick, slip in both directions or no contact with the ground, or if the balance is
-        satisfied.
+        None if the sequence contains stick, slip in both directions or no contact with the ground, if friction or
+        slope are free, or if the balance is satisfied.
 
     Examples
     --------
@@ -36,7 +36,12 @@ no periodic gait exists unless friction is tan(slope) = 0
     True
     """
     robot, sequence = problem.robot, problem.sequence
-    if robot.travel is None or sequence.is_open or not _is_free_along_ground(problem):
+    if (
+        robot.travel is None
+        or sequence.is_open
+        or {"friction", "slope"} & set(problem.free)
+        or not _is_free_along_ground(problem)
+    ):
         return None
     states = list(sequence.states(robot))
     states += [sequence.outcome(robot, number) for number, event in enumerate(sequence.events) if event.impact]
