@@ -69,8 +69,10 @@ def _numbers(gait: PlanarGait) -> Facts:
     if math.isfinite(margin):
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
+    # The contacts of an accurate plan are below the ground only while they are not armed.
+    unarmed = "" if gait.status is Status.PLAN_INACCURATE else ", while it is not armed"
     facts += [
-        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing, while it is not armed")
+        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing{unarmed}")
         for name, depth in find_depths(gait).items()
         if depth > LEAST_DEPTH
     ]

@@ -65,7 +65,7 @@ def _slip_signs(problem: PlanarProblem, state: ContactState) -> set[int]:
 
 
 def _is_free_along_ground(problem: PlanarProblem) -> bool:
-    """Return whether only gravity and the contacts act on the robot along the ground: no spring and no drag."""
+    """Return whether only gravity and contacts act on the robot along the ground: no spring, drag or actuator."""
     robot = problem.robot
     p, place = robot.vector(problem.values), robot.coordinates.index(robot.travel or "")
     poses = np.random.default_rng(0).uniform(-0.3, 0.3, (2, robot.n_q))
@@ -74,6 +74,7 @@ def _is_free_along_ground(problem: PlanarProblem) -> bool:
     potential = [[float(robot.energy(q, still, p)[1]) for q in group] for group in (poses, moved)]
     change = np.diff(potential, axis=0)
     weight = float(robot.mass(p)) * problem.values["gravity"]
+    actuation = [np.asarray(robot.dynamics(q, still, p)[2])[place] for q in poses]
     drag = [np.asarray(robot.dynamics(q, q + forward, p)[1] - robot.dynamics(q, q, p)[1]) for q in poses]
     is_free = np.allclose(change, -weight * math.sin(problem.slope), atol=1e-9 * weight)
-    return is_free and np.allclose(drag, 0.0, atol=1e-9 * weight)
+    return is_free and np.allclose(drag, 0.0, atol=1e-9 * weight) and np.allclose(actuation, 0.0, atol=1e-9)
