@@ -84,7 +84,7 @@ def _phases(gait: PlanarGait) -> Facts:
     for segment in gait.motion.segments:
         closed = [f"{name} {mode.value}" for name, mode in segment.state.modes if mode is not Mode.FREE]
         duration = segment.time[-1] - segment.time[0]
-        facts.append(("phase", f"{duration:.4g} s  {', '.join(closed) or 'flight'}"))
+        facts.append(("phase", f"{', '.join(closed) or 'flight'} for {duration:.4g} s"))
     return facts
 
 
@@ -99,7 +99,7 @@ def _events(gait: PlanarGait) -> Facts:
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
         if not event.is_impact and any(name.endswith(" closes") for name in event.names):
             received = "; without impulse"
-        facts.append(("event", f"{event.time:.4g} s  {' & '.join(event.names)}{received}"))
+        facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
     return facts
 
 

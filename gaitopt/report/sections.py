@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.motion.gait_table import Facts, tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
@@ -166,10 +166,18 @@ def comparison_card(found: Comparison) -> Element:
 
 
 def _side_by_side(gaits: Mapping[str, AnyGait]) -> Element:
-    columns = [dict(tabulate_gait(gait)) for gait in gaits.values()]
+    columns = [_join_facts(tabulate_gait(gait)) for gait in gaits.values()]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
     return table(rows, ("", *gaits), name="Comparison of gaits")
+
+
+def _join_facts(facts: Facts) -> dict[str, str]:
+    """Return facts by name; those of one name, such as the phases, become one text."""
+    joined: dict[str, list[str]] = {}
+    for name, text in facts:
+        joined.setdefault(name, []).append(text)
+    return {name: "; ".join(texts) for name, texts in joined.items()}
 
 
 def facts_table(gait: AnyGait) -> Element:

@@ -51,7 +51,12 @@ def test_the_file_states_its_script_and_parameters(capsys, hop):
 def test_the_table_of_a_file_is_that_of_the_solution(capsys, hop):
     status, printed = run(capsys, "show", str(hop))
     assert status == 0
-    for part in ("foot stick > flight |", "hop_effort", "foot closes; impulse foot (", "passed: contact sequence"):
+    for part in (
+        "foot stick > flight |",
+        "hop_effort",
+        "foot closes at 0.4 s; impulse foot (",
+        "passed: contact sequence",
+    ):
         assert part in " ".join(printed.out.split())
 
 

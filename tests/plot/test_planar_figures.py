@@ -72,10 +72,10 @@ def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
         "actuator forces",
         "normal forces",
         "force ratio",
-        "foot speed",
     ]
     assert [name for name in axes if name in expected] == expected
-    assert axes["actuator forces"].get_ylabel() == "actuator [N]"
+    assert "foot speed" not in axes  # no contact slips
+    assert axes["actuator forces"].get_ylabel() == "force [N]"
     assert labels(axes["modes"]) == ["foot"]
     assert "flight" in [text.get_text() for text in axes["modes"].texts]
     assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
