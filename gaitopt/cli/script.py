@@ -295,7 +295,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'plot', "
-            "'animate', 'report' and 'export' to CSV or JSON accept it."
+            "'animate', 'report' and 'export' accept it."
         )
     return gait
 

@@ -55,6 +55,7 @@ class RobustnessMargins:
     unit: str
 
 
+@check_arguments
 @frozen(kw_only=True)
 class WalkTest:
     """Test of a disturbed walk: its number of steps, and the resolution of the margins.
