@@ -21,6 +21,9 @@ import numpy as np
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
+MANY = 3
+"""Number of variables, as a multiple of the median, beyond which a row is differentiated on its own."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Block:
@@ -85,7 +88,7 @@ class Block:
 
 
 class BlockFunctions:
-    """A block and its derivatives as Functions of the inputs of the block and the shared data.
+    """A block and its derivatives as Functions of the inputs of the block, its intermediates and the shared data.
 
     Parameters
     ----------
@@ -95,22 +98,37 @@ class BlockFunctions:
     """
 
     def __init__(self, block: Block, data: ca.SX) -> None:
-        self._block, self._inputs = block, [*block.inputs, data]
+        self._block, self._data = block, data
+        self._inputs = [*block.inputs, *([block.intermediates] if self.has_intermediates else []), data]
+
+    @property
+    def has_intermediates(self) -> bool:
+        """Whether there are intermediates, which then are an input of all Functions but :attr:`definitions`."""
+        return self._block.intermediates.numel() > 0
+
+    @functools.cached_property
+    def definitions(self) -> ca.Function:
+        """Function of the inputs of the block and the shared data that returns the intermediates."""
+        return ca.Function("definitions", [*self._block.inputs, self._data], [self._block.definitions])
 
     @functools.cached_property
     def constraints(self) -> ca.Function:
         """Function that returns the constraints."""
-        return ca.Function("constraints", self._inputs, self._outputs["constraints"])
+        return ca.Function("constraints", self._inputs, [self._block.constraints])
 
     @functools.cached_property
     def jacobian(self) -> ca.Function:
         """Function that returns the constraints and the nonzeros of their Jacobian."""
-        return ca.Function("jacobian", self._inputs, self._outputs["constraints"] + self._outputs["slopes"])
+        return ca.Function("jacobian", self._inputs, [self._block.constraints, nonzeros(self._slopes)])
 
     @functools.cached_property
     def cost(self) -> ca.Function:
         """Function that returns cost, penalty and the gradient of their sum."""
-        return ca.Function("cost", self._inputs, self._outputs["cost"])
+        parts = [ca.SX(0) if part is None else part for part in (self._block.cost, self._block.penalty)]
+        gradient = ca.gradient(self._block.minimised, self._all)
+        if self.has_intermediates:
+            gradient = self._chain.T @ gradient
+        return ca.Function("cost", self._inputs, [*parts, ca.densify(gradient)])
 
     @functools.cached_property
     def hessian(self) -> ca.Function:
@@ -120,7 +138,7 @@ class BlockFunctions:
         """
         multipliers, weight = self._multipliers
         inputs = [*self._inputs, multipliers, weight]
-        return ca.Function("hessian", inputs, self._outputs["curvature"])
+        return ca.Function("hessian", inputs, [nonzeros(self._curvature)])
 
     @functools.cached_property
     def jacobian_entries(self) -> tuple[list[int], list[int]]:
@@ -131,30 +149,6 @@ class BlockFunctions:
     def hessian_entries(self) -> tuple[list[int], list[int]]:
         """Rows and columns of the nonzeros of the upper triangle of the Hessian."""
         return _triplets(self._curvature.sparsity())
-
-    @functools.cached_property
-    def _outputs(self) -> dict[str, list[ca.SX]]:
-        """Outputs of the Functions in terms of the variables alone; one substitution serves all of them."""
-        block = self._block
-        outputs = {"constraints": [block.constraints], "cost": self._cost}
-        outputs |= {"slopes": [nonzeros(self._slopes)], "curvature": [nonzeros(self._curvature)]}
-        if not block.intermediates.numel():
-            return outputs
-        expressions = [expression for each in outputs.values() for expression in each]
-        reduced = iter(ca.substitute(expressions, [block.intermediates], [block.definitions]))
-        return {name: [next(reduced) for _ in each] for name, each in outputs.items()}
-
-    @functools.cached_property
-    def _cost(self) -> list[ca.SX]:
-        """Cost, penalty and the gradient of their sum, with intermediates; empty without cost and penalty."""
-        block = self._block
-        if block.minimised is None:
-            return []
-        gradient = ca.gradient(block.minimised, self._all)
-        if block.intermediates.numel():
-            gradient = self._chain.T @ gradient
-        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
-        return [*parts, ca.densify(gradient)]
 
     @functools.cached_property
     def _all(self) -> ca.SX:
@@ -169,8 +163,8 @@ class BlockFunctions:
     @functools.cached_property
     def _slopes(self) -> ca.SX:
         """Jacobian of the constraints, with intermediates."""
-        jacobian = ca.jacobian(self._block.constraints, self._all)
-        return jacobian @ self._chain if self._block.intermediates.numel() else jacobian
+        jacobian = _differentiate_rows(self._block.constraints, self._all)
+        return jacobian @ self._chain if self.has_intermediates else jacobian
 
     @functools.cached_property
     def _multipliers(self) -> tuple[ca.SX, ca.SX]:
@@ -184,12 +178,26 @@ class BlockFunctions:
         if block.minimised is not None:
             lagrangian += weight * block.minimised
         hessian, gradient = ca.hessian(lagrangian, self._all)
-        if block.intermediates.numel():
+        if self.has_intermediates:
             slopes = ca.SX.sym("slopes", block.intermediates.numel())
             second = ca.hessian(ca.dot(slopes, block.definitions), block.variables)[0]
             hessian = self._chain.T @ (hessian @ self._chain)
             hessian += ca.substitute(second, slopes, ca.densify(gradient[block.variables.numel() :]))
         return ca.triu(hessian)
+
+
+def _differentiate_rows(rows: ca.SX, variables: ca.SX) -> ca.SX:
+    """Return the Jacobian of rows; few rows that depend on many variables are differentiated on their own.
+
+    Together they would need as many directional derivatives as the row with the most variables.
+    """
+    counts = np.bincount(ca.jacobian_sparsity(rows, variables).row(), minlength=rows.numel())
+    many = counts > MANY * np.median(counts) if counts.size else counts > 0
+    if not np.any(many):
+        return ca.jacobian(rows, variables)
+    order = [np.flatnonzero(part).tolist() for part in (~many, many)]
+    parts = [ca.jacobian(rows[part], variables) for part in order]
+    return ca.vertcat(*parts)[np.argsort(np.concatenate(order)).tolist(), :]
 
 
 def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.lazy import Deferred
+from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
@@ -135,14 +135,15 @@ class IntervalInstants:
     Attributes
     ----------
     points : list of Instant or None
-        Start, inner points and end, with the parts of the joint powers; None where the contact force is unknown.
+        Start, inner points and end, with the parts of the joint powers; None where the contact force is unknown.  They
+        are built when they are first read, since most objectives depend on the mean alone.
     idle : list of Instant or None
         The same without joint powers.
     mean : Instant or None
         The start with the means of the parts over the interval, if sign changes of the powers are data.
     """
 
-    points: list[Instant | None]
+    points: LazyField[list[Instant | None]] = LazyField()
     idle: list[Instant | None]
     mean: Instant | None
 

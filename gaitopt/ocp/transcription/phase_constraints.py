@@ -172,7 +172,7 @@ class _Intervals:
         if builder.sign_changes is not None:
             data = self.local.add_data("sign changes", builder.sign_changes.tables[self.phase.number])
             mean = factory.make(self.points[0], mean_parts(self.powers, self.coefficients, data), rate)
-        return IntervalInstants(make(self._parts_at_points()), idle, mean)
+        return IntervalInstants(Deferred(lambda: make(self._parts_at_points())), idle, mean)
 
     def _parts_at_points(self) -> list[ca.SX]:
         """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
@@ -197,8 +197,7 @@ class _Intervals:
             rows, values, penalty = builder.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
             equations.add(rows, values)
             self.penalty += penalty
-        instant = self.instants.points[inner]
-        if builder.peaks and instant is not None:
+        if builder.peaks and (instant := self.instants.points[inner]) is not None:
             equations.add(*peak_rows(builder, self.local, instant), inner)
 
 
