@@ -152,7 +152,7 @@ class BlockFunctions:
 
     @functools.cached_property
     def _all(self) -> ca.SX:
-        return ca.vertcat(self._block.variables, self._block.intermediates)
+        return stack([self._block.variables, self._block.intermediates])
 
     @functools.cached_property
     def _chain(self) -> ca.SX:
@@ -208,7 +208,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     tables = ("columns", "rows", "constants", "places")
     stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
     expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
-    joined = {name: ca.vertcat(*(getattr(block, name) for block in single)) for name in expressions}
+    joined = {name: stack([getattr(block, name) for block in single]) for name in expressions}
     sums: dict[str, Any] = {}
     for name in ("cost", "penalty"):
         parts = [part for block in single if (part := getattr(block, name)) is not None]
@@ -238,6 +238,12 @@ def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
 def derive_expressions(expressions: _Expressions) -> BlockFunctions:
     """Return the Functions of a block; those of the last blocks are kept."""
     return BlockFunctions(expressions.block.merge_subexpressions(), expressions.data)
+
+
+def stack(parts: Sequence[ca.SX]) -> ca.SX:
+    """Return columns below each other; empty columns are left out, and a single one is not copied, to save time."""
+    filled = [part for part in parts if part.numel()]
+    return filled[0] if len(filled) == 1 else ca.vertcat(*filled) if filled else ca.SX(0, 1)
 
 
 def nonzeros(matrix: ca.SX) -> ca.SX:

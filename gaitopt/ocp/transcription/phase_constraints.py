@@ -11,7 +11,7 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import ContactQuantities, NodeCondition
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.block import Block
+from gaitopt.ocp.nlp.block import Block, stack
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
@@ -42,7 +42,7 @@ class Equations:
     @property
     def values(self) -> ca.SX:
         """All values, one below the other."""
-        return ca.vertcat(*self._values)
+        return stack(self._values)
 
 
 def interval_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
@@ -283,13 +283,13 @@ def _path(
     """Return rows and values of the constraints at a point: equations of the scheme, cone, slip."""
     conditions, values = dynamics.path(point.force, p, _cone_margin(builder))
     table = _balance(builder, dynamics) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
-    values = ca.vertcat(point.residual, values)
-    well_posed = _sliding_inertia(builder, dynamics, point, p)
-    table, values = table + well_posed[0], ca.vertcat(values, well_posed[1])
+    well_posed, inertia = _sliding_inertia(builder, dynamics, point, p)
+    parts = [point.residual, values, inertia]
+    table += well_posed
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
-        values = ca.vertcat(values, dynamics.slip_speed(point.state))
-    return table, values
+        parts.append(dynamics.slip_speed(point.state))
+    return table, stack(parts)
 
 
 def _end_rows(
