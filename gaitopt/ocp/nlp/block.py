@@ -217,21 +217,32 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     return [*others, Block(name="single", **stacked, **joined, **sums)]
 
 
-@dataclass(frozen=True)
 class _Expressions:
-    """A block and the shared data, compared by a digest of all their expressions."""
+    """A block and the shared data, equal to others with the same expressions.
 
-    digest: str
-    block: Block = field(compare=False)
-    data: ca.SX = field(compare=False)
+    The expressions are serialised only to compare blocks of equal size, since this takes long.
+    """
+
+    def __init__(self, block: Block, data: ca.SX) -> None:
+        self.block, self.data = block, data
+        minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
+        outputs = [block.constraints, block.definitions, *minimised]
+        self._function = ca.Function("block", [*block.inputs, data, block.intermediates], outputs)
+
+    @functools.cached_property
+    def _digest(self) -> str:
+        return hashlib.sha256(self._function.serialize().encode()).hexdigest()
+
+    def __hash__(self) -> int:
+        return hash((self._function.n_instructions(), self._function.nnz_in(), self._function.nnz_out()))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Expressions) and hash(self) == hash(other) and self._digest == other._digest
 
 
 def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
     """Return the Functions of a block; blocks with equal expressions share them, such as those of two grids."""
-    minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
-    outputs = [block.constraints, block.definitions, *minimised]
-    text = ca.Function("block", [*block.inputs, data, block.intermediates], outputs).serialize()
-    return derive_expressions(_Expressions(hashlib.sha256(text.encode()).hexdigest(), block, data))
+    return derive_expressions(_Expressions(block, data))
 
 
 @functools.lru_cache(maxsize=128)

@@ -164,7 +164,7 @@ def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.
         if not term.uses_power:
             pass
         elif start is not None and instants.mean is not None and is_linear_in_power(term, builder.robot, start.mode):
-            mean += ca.SX(term.integrand(instants.mean)) - ca.SX(term.integrand(start))
+            mean += term.integrand(instants.mean) - term.integrand(start)
         else:
             smooth = scheme.smooth_weights()
             mean += _weighted_sum(term, smooth, instants.points) - _weighted_sum(term, smooth, instants.idle)
@@ -180,7 +180,9 @@ def _weighted_sum(term: Objective, rule: Array, instants: Sequence[Instant | Non
     total = ca.SX(0)
     for share, instant in zip(rule, instants, strict=True):
         if share and instant is not None:
-            total += float(share) * ca.SX(term.integrand(instant))
+            value = term.integrand(instant)
+            if not (isinstance(value, ca.SX) and value.is_zero()):  # zeros take as long to sum as other terms
+                total += float(share) * value
     return total
 
 

@@ -130,7 +130,9 @@ class _Intervals:
 
     def _power_coefficients(self) -> list[ca.SX]:
         dynamics, scheme, powered = self.dynamics, self.builder.scheme, list(self.builder.powered)
-        powers = [dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
+        powers = [dynamics.power(point.state, point.torque, self.p) for point in self.points]
+        if len(powered) < self.builder.robot.n_u:
+            powers = [power[powered] for power in powers]
         if not scheme.nodal:
             return powers
         if scheme.power_fractions.size != len(powers):
@@ -155,7 +157,7 @@ class _Intervals:
     def _instants(self) -> IntervalInstants:
         builder, nodes, fractions = self.builder, np.arange(self.phase.count), self.builder.scheme.fractions
         factory = InstantFactory(builder, self.local, self.phase, self.dynamics, self.p, nodes)
-        rate = (self.points[-1].torque - self.points[0].torque) / self.length
+        rate = Deferred(lambda: (self.points[-1].torque - self.points[0].torque) / self.length)
 
         def make(parts: Sequence[ca.SX | None]) -> list[Instant | None]:
             """Return the instants of the points with these parts of the powers, None where the force is unknown."""
