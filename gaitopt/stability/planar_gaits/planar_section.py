@@ -1,5 +1,6 @@
 """The section of a planar robot's periodic gait: the states right after an event, modulo travel."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,9 @@ from gaitopt.model.planar.mirror import Mirror
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_walker import exchange_legs
 
 CORRECTIONS = 8
 """Largest number of Newton iterations with which a state returns to the section."""
@@ -86,10 +89,18 @@ class PlanarSection:
             deviation[self.travel] = 0.0
         return deviation
 
-    def correct(self, y: Array) -> Array:
-        """Return the nearest state on the section."""
+    def correct(self, y: Array, fixed: Sequence[int] = ()) -> Array:
+        """Return the nearest state on the section.
+
+        Parameters
+        ----------
+        y : (2 n_q,) array
+        fixed : sequence of int
+            Entries of the state that do not change.
+        """
         n = self.robot.n_q
         y = np.array(y, dtype=float)
+        free = [entry for entry in range(2 * n) if entry not in fixed]
         for _ in range(CORRECTIONS):
             gap = self._gaps(y[:n])[0][list(self.rows.gaps)].copy()
             parts = self._rows(y[:n], y[n:])
@@ -97,8 +108,8 @@ class PlanarSection:
             violation = np.concatenate([gap, normal[list(self.rows.normal)], tangent[list(self.rows.tangential)]])
             if np.max(np.abs(violation), initial=0.0) < 1e-15:
                 break
-            correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
-            y -= correction
+            correction: Array = np.linalg.lstsq(self._constraint_rows(y)[:, free], violation, rcond=1e-12)[0]
+            y[free] -= correction.astype(float)
         return y
 
     def _constraint_rows(self, y: Array) -> Array:
@@ -109,11 +120,6 @@ class PlanarSection:
         return np.vstack([gaps[list(rows.gaps)], normal[list(rows.normal)], tangential[list(rows.tangential)]])
 
 
-def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
-    """Return a state with exchanged legs, at time 0."""
-    if mirror is None:
-        return PlanarState(0.0, state.q, state.v, state.contacts, state.extended)
-    names = [name for name, _ in state.contacts.modes]
-    modes = tuple((name, state.modes[place]) for name, place in zip(names, mirror.contacts, strict=True))
-    q, v = mirror.coordinates @ state.q, mirror.coordinates @ state.v
-    return PlanarState(0.0, q, v, type(state.contacts)(modes), state.extended)
+def section_of(automaton: PlanarAutomaton, rollout: PlanarRollout) -> PlanarSection:
+    """Return the section at the end of a period."""
+    return PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
