@@ -89,8 +89,8 @@ class PlanarSection:
             deviation[self.travel] = 0.0
         return deviation
 
-    def correct(self, y: Array, fixed: Sequence[int] = ()) -> Array:
-        """Return the nearest state on the section.
+    def place(self, y: Array, fixed: Sequence[int]) -> Array:
+        """Return a state on the section near another one: the gaps change the coordinates, the speeds the rates only.
 
         Parameters
         ----------
@@ -98,19 +98,30 @@ class PlanarSection:
         fixed : sequence of int
             Entries of the state that do not change.
         """
-        n = self.robot.n_q
+        y, n, count = np.array(y, dtype=float), self.robot.n_q, len(self.rows.gaps)
+        positions, rates = ([k for k in span if k not in fixed] for span in (range(n), range(n, 2 * n)))
+        for part, places in [(slice(count), positions)] * CORRECTIONS + [(slice(count, None), rates)]:
+            matrix = self._constraint_rows(y)[part][:, places]
+            y[places] -= np.asarray(np.linalg.lstsq(matrix, self.violation(y)[part], rcond=1e-12)[0], dtype=float)
+        return y
+
+    def correct(self, y: Array) -> Array:
+        """Return the nearest state on the section."""
         y = np.array(y, dtype=float)
-        free = [entry for entry in range(2 * n) if entry not in fixed]
         for _ in range(CORRECTIONS):
-            gap = self._gaps(y[:n])[0][list(self.rows.gaps)].copy()
-            parts = self._rows(y[:n], y[n:])
-            normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in parts[:2])
-            violation = np.concatenate([gap, normal[list(self.rows.normal)], tangent[list(self.rows.tangential)]])
+            violation = self.violation(y)
             if np.max(np.abs(violation), initial=0.0) < 1e-15:
                 break
-            correction: Array = np.linalg.lstsq(self._constraint_rows(y)[:, free], violation, rcond=1e-12)[0]
-            y[free] -= correction.astype(float)
+            correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
+            y -= correction
         return y
+
+    def violation(self, y: Array) -> Array:
+        """Return the gaps and speeds that are zero on the section, shape (m,)."""
+        n, rows = self.robot.n_q, self.rows
+        gap = self._gaps(y[:n])[0][list(rows.gaps)].copy()
+        normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in self._rows(y[:n], y[n:])[:2])
+        return np.concatenate([gap, normal[list(rows.normal)], tangent[list(rows.tangential)]])
 
     def _constraint_rows(self, y: Array) -> Array:
         """Return the derivatives of the quantities that are zero on the section, shape (m, 2 n_q)."""
