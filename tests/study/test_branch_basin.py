@@ -9,7 +9,8 @@ import pytest
 from gaitopt import InputError, WalkProblem, compass_biped, find_cycles, passive, rimless_wheel, trace
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.recovery import PushTest, count_settling_steps, push_scale
+from gaitopt.stability.pushed_walk import push_scale
+from gaitopt.stability.recovery import PushTest, count_settling_steps
 from gaitopt.study import PushSearch, basin_along_branch, basin_edges, find_fatal_push
 
 SLOPE = math.radians(13)
