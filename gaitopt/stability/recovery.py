@@ -106,7 +106,7 @@ class PushTest:
 
 
 @check_arguments
-def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
+def measure_recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
 
     Parameters
@@ -125,7 +125,7 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> recovery(walker, gait, 0.01, PushTest(starts=5)).returned
+    >>> measure_recovery(walker, gait, 0.01, PushTest(starts=5)).returned
     5
     """
     test = test or PushTest()
@@ -138,7 +138,7 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
 
 
 @check_arguments
-def largest_recovery(
+def find_largest_recovery(
     walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
 ) -> Recovery:
     """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
@@ -163,7 +163,7 @@ def largest_recovery(
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
+    >>> find_largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
     True
     """
     test = test or PushTest()

@@ -24,7 +24,7 @@ from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
 from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.stability.recovery import PushTest, find_largest_recovery
 
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
@@ -183,7 +183,7 @@ class _DisturbedGait:
         return RobustnessMargins(kind, lower, upper, unit)
 
     def push_margin(self) -> RobustnessMargins:
-        recovery = largest_recovery(self.walker({}), self.cycle, self.test)
+        recovery = find_largest_recovery(self.walker({}), self.cycle, self.test)
         beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
         return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
 
