@@ -17,7 +17,7 @@ import pytest
 from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
 from gaitopt.parallel.executors import ExternalExecutor
-from gaitopt.parallel.runner import run_tasks
+from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests.parallel import works
 
@@ -242,6 +242,22 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
     assert ended == [False]
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interrupt_before_the_first_outcome_is_raised(workers):
+    stored = {}
+
+    def meanwhile(check):
+        signal.raise_signal(signal.SIGINT)
+        check()
+        stored["meanwhile"] = "completed"
+
+    tasks = [Task("square", 2), Task("cube", 3)]
+    running = run_tasks(math.pow, tasks, 10, execution=Execution(workers=workers), meanwhile=meanwhile)
+    with pytest.raises(KeyboardInterrupt):
+        collect_tasks(running, stored, tasks, None)
+    assert stored == {}
+
+
 def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
     calls, begun = [], threading.Event()
 
@@ -249,7 +265,8 @@ def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
         assert begun.wait(10)
         return argument
 
-    def meanwhile():
+    def meanwhile(check):
+        check()
         calls.append("called")
         begun.set()
 
