@@ -4,6 +4,7 @@ import contextlib
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Future, wait
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from gaitopt.interrupts import InterruptRecord, hold_interrupt, record_interrupts
@@ -17,6 +18,22 @@ POLL_INTERVAL = 0.1
 
 Meanwhile = Callable[[Callable[[], None]], object]
 """Called with a function that raises KeyboardInterrupt after a Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class TaskReport:
+    """How the tasks of a study ended.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        Reasons of the tasks without a result by their keys.
+    interrupted : bool
+        Whether Ctrl-C was pressed, also if it came after the last task.
+    """
+
+    failures: dict[str, str]
+    interrupted: bool = False
 
 
 class ResultStore(Protocol):
@@ -98,8 +115,8 @@ def collect_tasks(
     results: ResultStore,
     planned: Sequence[Task],
     observer: TaskObserver | None,
-) -> dict[str, str]:
-    """Store the results of tasks by key as they complete, until the last or an interrupt; return failures by key.
+) -> TaskReport:
+    """Store the results of tasks by key as they complete, until the last or an interrupt.
 
     An interrupt before the first outcome is raised: there is nothing to write.
 
@@ -133,7 +150,8 @@ def collect_tasks(
     except KeyboardInterrupt:
         if count == known:
             raise
-    return failures
+        return TaskReport(failures, interrupted=True)
+    return TaskReport(failures)
 
 
 def _run_here(work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | None) -> Iterator[TaskOutcome]:

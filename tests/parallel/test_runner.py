@@ -237,9 +237,16 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
         ended.append(kill)
 
     monkeypatch.setattr(ExternalExecutor, "shutdown", shutdown)
+    tasks, stored = [Task("square", 2), Task("cube", 3)], {}
     with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
-        results(math.pow, [Task("square", 2), Task("cube", 3)], 10, execution=Execution(executor=threads))
+        results(math.pow, tasks, 10, execution=Execution(executor=threads))
     assert ended == [False]
+    with ThreadPoolExecutor(1) as threads:
+        report = collect_tasks(
+            run_tasks(math.pow, tasks, 10, execution=Execution(executor=threads)), stored, tasks, None
+        )
+    assert report.interrupted
+    assert stored == {"square": 100, "cube": 1000}
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -81,7 +81,7 @@ def measure_gaits(
     running = run_tasks(_measure_gait, tasks, tuple(measures), execution=execution)
     lost: dict[str, str] = {}
     with contextlib.suppress(KeyboardInterrupt):
-        lost = collect_tasks(running, results, tasks, execution.observer)
+        lost = collect_tasks(running, results, tasks, execution.observer).failures
     if len(results) + len(lost) < len(tasks):
         return None
     values = {solved[name][0]: result for name, result in results.items()}

@@ -190,20 +190,20 @@ class Pareto:
         quiet = Execution(workers=execution.workers, executor=execution.executor, prepare=execution.prepare)
         packages = functools.partial(import_packages, kept.path if isinstance(kept, GaitStore) else None)
         running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet, meanwhile=packages)
-        failures = collect_tasks(running, kept, planned, None)
-        if failures:
-            raise GaitoptError(f"An end of the front was not computed: {next(iter(failures.values()))}.")
-        if any(task.key not in kept for task in planned):
+        report = collect_tasks(running, kept, planned, None)
+        if report.failures:
+            raise GaitoptError(f"An end of the front was not computed: {next(iter(report.failures.values()))}.")
+        if report.interrupted:
             raise KeyboardInterrupt
         grid = FrontGrid(ends, tuple(self._bounds_of(quantity, kept) for quantity in self.bounded))
         planned = grid.tasks()
         running = run_tasks(solve_front_task, planned, grid, known=kept, execution=execution)
-        with contextlib.suppress(KeyboardInterrupt):  # the ends are computed
-            collect_tasks(running, kept, planned, execution.observer)
         front = Front(grid, self.quantities, kept, key, {})
-        if any(front.gait(index) is None for index in grid.points()):
-            return front
-        return replace(front, measured=self._measure(grid, kept, quiet))
+        try:
+            report = collect_tasks(running, kept, planned, execution.observer)
+        except KeyboardInterrupt:
+            return front  # with its ends
+        return front if report.interrupted else replace(front, measured=self._measure(grid, kept, quiet))
 
     def _bounds_of(self, quantity: Quantity, kept: Mapping[str, Gait]) -> Any:
         """Return the bounds of a quantity from the loosest to the tightest."""
@@ -228,7 +228,7 @@ class Pareto:
         failures: dict[str, str] = {}
         with contextlib.suppress(KeyboardInterrupt):  # the gaits are computed
             running = run_tasks(measure_point, tasks, measured, execution=execution)
-            failures = collect_tasks(running, values, tasks, None)
+            failures = collect_tasks(running, values, tasks, None).failures
         if failures:
             raise GaitoptError(f"A quantity of the front was not measured: {next(iter(failures.values()))}.")
         return values
