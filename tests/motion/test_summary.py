@@ -50,12 +50,12 @@ def test_conflicting_limits_are_shown(slip_gait):
     assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no gait found")
     shown = [text for name, text in tabulate_gait(gait) if name == "conflict"]
     assert shown == [
-        "torque limit of hip (Limits.torque) is 6 N m: 8.04 N m would suffice",
+        "torque limit of hip (Limits.torque) is 6 N m: 8.04 N m alone would suffice",
         "normal force (sequence) is violated by 2",
     ]
     first, second = summarise(gait)["conflicts"]
     assert (first["name"], first["sufficient"], second["sufficient"]) == ("torque limit of hip", 8.04, None)
-    with pytest.raises(InputError, match=r"\(infeasible\).* 8\.04 N m would suffice"):
+    with pytest.raises(InputError, match=r"\(infeasible\).* 8\.04 N m alone would suffice"):
         gait.require()
 
 

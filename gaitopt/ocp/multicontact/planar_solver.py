@@ -25,7 +25,13 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_remarks import report_early_touchdowns, report_inaccuracy, report_shortest_phases
+from gaitopt.ocp.multicontact.planar_remarks import (
+    find_least_forces,
+    find_worst_phase,
+    report_early_touchdowns,
+    report_inaccuracy,
+    report_shortest_phases,
+)
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -182,7 +188,9 @@ class GridResult:
             return ()
         remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
-            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending))
+            phase = find_worst_phase(self.transcription, self.errors)
+            contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
+            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
         return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
 
 
