@@ -130,7 +130,8 @@ def push(
 
     A push changes angles and rates after a touchdown in a random direction; all seeded pushes of a size must be
     survived.  The slope changes for all steps.  The friction patch is a loss of friction over five steps in the middle
-    of the walk (--patch of 'gaitopt simulate' states the friction itself).  The noise acts on each torque, and the delay is the age of the state that the law receives.
+    of the walk, whereas --patch of 'gaitopt simulate' states the friction itself.  The noise acts on each torque, and
+    the delay is the age of the state that the law receives.
 
     The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
     takes, are reported in open loop (torques replayed) and under the law.
@@ -174,13 +175,13 @@ def _basins(
     gait: "Gait", laws: "dict[str, Law]", ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
-    from gaitopt.stability.gait_recovery import recovery_of
+    from gaitopt.stability.gait_recovery import measure_gait_recovery
 
     basins = {}
     with show_progress("pushes", hidden=hidden) as display:
         for name, law in laws.items():
             display.describe(f"pushes up to {ball:g} rad/s, {name}")
-            basins[name] = recovery_of(gait, law, ball, test)
+            basins[name] = measure_gait_recovery(gait, law, ball, test)
     return basins
 
 

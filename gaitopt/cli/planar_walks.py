@@ -32,16 +32,14 @@ def find_planar_gaits(
     InputError
         If an option does not apply to the source, or no gait is found.
     """
-    from gaitopt.motion.planar_gait import PlanarGait
-    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-    from gaitopt.ocp.multicontact.planar_solver import solve_planar
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar
     from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
-    if isinstance(stated, PlanarProblem | PlanarGait):
+    if optimises_planar(stated):
         _check_options(steps, request.engine)
-        gait = (stated if isinstance(stated, PlanarGait) else solve_planar(stated)).require()
+        gait = find_planar_gait(stated)
         return (assess_planar(gait, law.make(gait)),)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         return search_planar(request.problem, starts, steps=steps, engine=request.engine)

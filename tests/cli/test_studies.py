@@ -6,7 +6,6 @@ import sys
 import time
 
 import pytest
-
 from matplotlib.image import imread
 
 from gaitopt import load, load_sweep, save

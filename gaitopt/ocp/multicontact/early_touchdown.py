@@ -1,4 +1,4 @@
-"""Contacts that would close before the planned touchdown: a foot that swings through the ground while it is armed."""
+"""Contacts that would close before the planned touchdown: a foot that swings to the ground while it is armed."""
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -17,6 +17,9 @@ BISECTIONS = 40
 
 BELOW = 1e-9
 """Depth [m] from which a contact is below the ground."""
+
+GRAZING = 1e-6
+"""Largest gap [m] at which a free contact is on the ground."""
 
 
 def find_early_touchdowns(
@@ -55,6 +58,34 @@ def find_early_touchdowns(
                 if gap[k] < least:
                     rows[_row_of(transcription, phase, i, k)] = least
     return rows
+
+
+def find_grazing_contacts(
+    transcription: PlanarTranscription, values: dict[str, float], x: Array
+) -> list[tuple[str, GridPhase]]:
+    """Return the free contacts, and their phases, that are on the ground while armed, without falling through it.
+
+    The least gap between a lift-off and a touchdown is then zero, so that a replay may end the step there.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    """
+    robot, grazing = transcription.structure.robot, list[tuple[str, GridPhase]]()
+    p = robot.vector(values)
+    for phase in transcription.phases:
+        part, (q, v, _, _) = sample_phase(transcription, phase, x)
+        gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
+        for i in conditional_contacts(robot):
+            before, gap, after = gaps[i, :-2], gaps[i, 1:-1], gaps[i, 2:]
+            least = np.flatnonzero((gap <= before) & (gap <= after) & (np.abs(gap) < GRAZING)) + 1
+            if phase.state[i] is Mode.FREE and any(float(robot.arming(q[:, k], v[:, k], p)[i]) > 0 for k in least):
+                grazing.append((robot.contact_names[i], phase))
+    return grazing
 
 
 def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpline, span: Array) -> bool:

@@ -99,6 +99,21 @@ def report_early_touchdowns(transcription: PlanarTranscription, rows: Mapping[in
     )
 
 
+def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[str, ...]:
+    """Return a sentence for each armed contact that is on the ground in the middle of a phase in which it is free.
+
+    Parameters
+    ----------
+    grazing : sequence of (str, GridPhase)
+        From :func:`~gaitopt.ocp.multicontact.early_touchdown.find_grazing_contacts`.
+    """
+    return tuple(
+        f"contact {contact!r} is on the ground and armed in {phase.place().label}, before its planned touchdown, so a "
+        "replay may end the step there: arm it later (`armed` of the contact), or use a larger PlanarLimits.clearance."
+        for contact, phase in grazing
+    )
+
+
 def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:
     """Return a sentence for each phase of minimum duration."""
     shortest = problem.limits.shortest_phase

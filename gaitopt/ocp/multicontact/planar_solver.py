@@ -17,18 +17,20 @@ from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
-from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_remarks import (
     find_least_forces,
     find_worst_phase,
     report_early_touchdowns,
+    report_grazing_contacts,
     report_inaccuracy,
     report_shortest_phases,
 )
@@ -156,6 +158,11 @@ class GridResult:
     ending: str = ""
 
     @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by name, the free ones with their optimised values."""
+        return plan_parameters(self.transcription, self.problem, self.outcome.x)
+
+    @property
     def error(self) -> float:
         """Error between nodes; inf without a solution."""
         return worst(0.0, self.errors)
@@ -165,15 +172,14 @@ class GridResult:
         """Error between nodes of each phase; inf without a solution."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return np.full(len(self.transcription.phases), np.inf)
-        return errors_between_nodes(self.transcription, self.problem.values, self.outcome.x)
+        return errors_between_nodes(self.transcription, self.values, self.outcome.x)
 
     @functools.cached_property
     def early_touchdowns(self) -> dict[int, float]:
         """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return {}
-        problem = self.problem
-        return find_early_touchdowns(self.transcription, problem.values, self.outcome.x, problem.limits.clearance)
+        return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
 
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
@@ -182,11 +188,13 @@ class GridResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Why the plan is inaccurate, and phases of minimum duration, one sentence each."""
+        """Why the plan is inaccurate or its replay may fail, and phases of minimum duration, one sentence each."""
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
         remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
+        grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
+        remarks += report_grazing_contacts(grazing if not remarks else ())
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
             phase = find_worst_phase(self.transcription, self.errors)
             contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
@@ -320,7 +328,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
     """Return the gait of a solution."""
     problem, transcription, outcome = result.problem, result.transcription, result.outcome
     unmet = violations(transcription, result.bounds, outcome.x, outcome.g)
-    values = problem.values
+    values = result.values
     return PlanarGait(
         robot=problem.robot,
         sequence=problem.sequence,
@@ -340,4 +348,5 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),
+        certificate=Deferred(lambda: certify_planar(problem, transcription, result.bounds, outcome)),
     )
