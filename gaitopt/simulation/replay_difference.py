@@ -38,8 +38,8 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
         closing = [name for name in robot.contact_names if f"{name} closes" in set(event.names) - set(expected.names)]
         gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
         return (
-            f"'{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead of "
-            f"'{' & '.join(expected.names)}' at {expected.time:.4g} s, is the first event that differs"
+            f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead of "
+            f"'{' & '.join(expected.names)}' at {expected.time:.4g} s of the plan"
             + "".join(f"; {text}" for text in gaps if text)
         )
     return None
@@ -54,5 +54,7 @@ def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: fl
     q, v, p = curve(time), curve(time, 1), robot.vector(planned.parameters)
     gap = float(robot.gaps(q, p)[0][number])
     side = "above" if gap >= 0 else "below"
-    armed = "armed" if float(robot.arming(q, v, p)[number]) > 0 else "not armed"
-    return f"in the plan {name} is then {1000 * abs(gap):.2g} mm {side} the ground and {armed}"
+    place = f"{name} is then {1000 * abs(gap):.2g} mm {side} the ground in the plan"
+    if not robot.contacts[number].conditional:
+        return place
+    return f"{place}, and {'armed' if float(robot.arming(q, v, p)[number]) > 0 else 'not armed'}"

@@ -34,6 +34,11 @@ def test_summary_survives_a_strict_json_reader(slip_gait):
     assert summary["violations"] == [{"place": "here", "name": "this", "size": "inf"}]
 
 
+def test_objective_and_energy_of_a_gait_on_level_ground(slip_gait):
+    assert slip_gait.objective == slip_gait.solver.objective
+    assert math.copysign(1.0, slip_gait.energy.gravity) == 1.0  # not -0.0
+
+
 def test_conflicting_limits_are_shown(slip_gait):
     torque = Conflict(
         name="torque limit of hip",
