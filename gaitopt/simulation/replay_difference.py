@@ -38,8 +38,8 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
         closing = [name for name in robot.contact_names if f"{name} closes" in set(event.names) - set(expected.names)]
         gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
         return (
-            f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead of "
-            f"'{' & '.join(expected.names)}' at {expected.time:.4g} s of the plan"
+            f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead "
+            f"of '{' & '.join(expected.names)}' at {expected.time:.4g} s of the plan"
             + "".join(f"; {text}" for text in gaps if text)
         )
     return None

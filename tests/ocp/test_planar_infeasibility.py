@@ -99,6 +99,7 @@ def test_an_inaccurate_plan_names_the_contact_whose_normal_force_is_at_its_lower
     assert contacts == ["foot A"]
     sentence = report_inaccuracy(transcription, problem, np.array([2e-7]), "", contacts)
     assert "the normal force of foot A is at its lower bound" in sentence
+    assert "Collocation(tolerance=1e-6) if the plan then passes its replay, larger margins" in sentence
     assert "Margins(normal_force=0.02, separation=0.01)" in sentence
     assert "more intervals" not in sentence
 

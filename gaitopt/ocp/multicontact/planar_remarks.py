@@ -15,6 +15,9 @@ from gaitopt.ocp.nlp.keys import Unknown
 ACTIVE = 1e-4
 """Relative distance from its lower bound within which a normal force is at this bound."""
 
+REPLAYABLE = 1e-6
+"""Error between nodes up to which a replay may pass: the tolerance of its last state."""
+
 
 def report_inaccuracy(
     transcription: PlanarTranscription, problem: PlanarProblem, errors: Array, ending: str, contacts: Sequence[str] = ()
@@ -33,6 +36,7 @@ def report_inaccuracy(
         Contacts whose normal force is at its lower bound in the least accurate phase.
     """
     worst, margins = find_worst_phase(transcription, errors), problem.margins
+    error = float(errors[worst.number])
     reason = f"a finer grid has no solution ({ending})" if ending else "the grid is not refined further"
     remedy = (
         "use more intervals in this phase, a guess near a plausible motion, or PlanarLimits.coordinate, which excludes "
@@ -41,12 +45,13 @@ def report_inaccuracy(
     if contacts:
         remedy = (
             f"the normal force of {' and '.join(contacts)} is at its lower bound in this phase, where torques and "
-            "forces may change within one interval of any grid. Use larger margins, such as Margins(normal_force="
-            f"{max(2 * margins.normal_force, 0.02):g}, separation={max(10 * margins.separation, 0.01):g}), another "
-            "guess, or a larger tolerance of Collocation if the plan passes its replay."
+            "forces may change within one interval of any grid. Use "
+            f"{'Collocation(tolerance=1e-6) if the plan then passes its replay, ' if error <= REPLAYABLE else ''}"
+            f"larger margins, such as Margins(normal_force={max(2 * margins.normal_force, 0.02):g}, separation="
+            f"{max(10 * margins.separation, 0.01):g}), or another guess."
         )
     return (
-        f"the error between nodes of {worst.place().label} is {errors[worst.number]:.1e} on {worst.count} intervals, "
+        f"the error between nodes of {worst.place().label} is {error:.1e} on {worst.count} intervals, "
         f"but the tolerance is {problem.transcription.tolerance:.1e}, and {reason}: {remedy}"
     )
 
