@@ -119,6 +119,6 @@ def test_the_first_event_that_differs_is_described_with_the_gap_of_the_contact_i
     assert describe_first_difference(robot, walked, walked) is None
     lifted = replace(planned, events=(replace(planned.events[0], names=("foot opens",)),))
     assert describe_first_difference(robot, lifted, walked) == (
-        f"the first event that differs is 'foot closes' at {walked.period:.4g} s of the replay, instead of 'foot opens' "
-        f"at {planned.period:.4g} s of the plan; foot is then 1 mm above the ground in the plan"
+        f"the first event that differs is 'foot closes' at {walked.period:.4g} s of the replay, instead of 'foot "
+        f"opens' at {planned.period:.4g} s of the plan; foot is then 1 mm above the ground in the plan"
     )
