@@ -191,7 +191,7 @@ def compare(
 ) -> None:
     """Compare gaits in a table and in a figure that overlays them.
 
-    The figure is written to comparison.png unless --output names another file.
+    The figure, which has no title, is written to comparison.png unless --output names another file.
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
