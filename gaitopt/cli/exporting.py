@@ -7,6 +7,8 @@ import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_for
 from gaitopt.cli.options import (
+    FigureWidth,
+    FontSize,
     GainValues,
     GaitFile,
     GaitFiles,
@@ -50,8 +52,8 @@ def plot(
             show_default="cost_of_transport, or the first coordinate",
         ),
     ] = None,
-    width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
-    font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
+    width: FigureWidth = 7.2,
+    font_size: FontSize = 8.5,
     title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
     problem: Annotated[
         Path | None,

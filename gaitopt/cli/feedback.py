@@ -130,7 +130,8 @@ def push(
 
     A push changes angles and rates after a touchdown in a random direction; all seeded pushes of a size must be
     survived.  The slope changes for all steps.  The friction patch is a loss of friction over five steps in the middle
-    of the walk.  The noise acts on each torque, and the delay is the age of the state that the law receives.
+    of the walk, whereas --patch of 'gaitopt simulate' states the friction itself.  The noise acts on each torque, and
+    the delay is the age of the state that the law receives.
 
     The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
     takes, are reported in open loop (torques replayed) and under the law.

@@ -111,12 +111,15 @@ Patch = Annotated[
     typer.Option(
         "--patch",
         metavar="BEGIN:END:FRICTION",
-        help="Patch of the ground with another friction coefficient between two places in m (repeatable).",
+        help="Patch of the ground between two places in m with the friction coefficient FRICTION (repeatable). The "
+        "friction patch of 'gaitopt push' is a loss of friction instead.",
     ),
 ]
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]
+FigureWidth = Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")]
+FontSize = Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")]
 PushOutput = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="JSON", help="File of the results, which 'gaitopt plot' accepts."),

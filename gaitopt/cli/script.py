@@ -22,6 +22,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 
 if TYPE_CHECKING:
+    from gaitopt.design.family import Family
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -196,6 +197,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
+    if isinstance(problem, Family):
+        raise InputError(f"{script.path} has a family of gaits; use 'gaitopt design {script.path}'.")
     raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
 
 

@@ -66,7 +66,9 @@ class RobustPlan:
 
     def __repr__(self) -> str:
         robust = "robust" if self.robust else f"not robust: {self.violated!r}"
-        return f"RobustPlan({self.gait!r}, {len(self.selected)} scenarios, {robust}, {self.additional_cost:+.1%} cost)"
+        count = len(self.selected)
+        scenarios = "1 scenario" if count == 1 else f"{count} scenarios"
+        return f"RobustPlan({self.gait!r}, {scenarios}, {robust}, {self.additional_cost:+.1%} cost)"
 
     @property
     def robust(self) -> bool:
