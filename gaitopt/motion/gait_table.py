@@ -151,10 +151,20 @@ def describe_objective(problem: Mapping[str, Any]) -> str:
 
 def _objective_value(gait: Gait) -> Facts:
     """Return the value of an objective other than the cost of transport, as the solver reports it, with its unit."""
-    name, unit = gait.problem["objective"], gait.problem.get("objective_unit") or ""
-    if name == "cost_of_transport":
+    if gait.problem["objective"] == "cost_of_transport":
         return []
-    return [("objective", f"{gait.solver.objective:.6g} {unit}".strip())]
+    return [("objective", format_objective(gait.solver.objective, gait.problem.get("objective_unit")))]
+
+
+def format_objective(value: float, unit: str | None) -> str:
+    """Return the value of an objective as text, with its unit unless it has none.
+
+    Examples
+    --------
+    >>> format_objective(84.7150015, "N^2 m^2 s"), format_objective(0.0160193, "1")
+    ('84.715 N^2 m^2 s', '0.0160193')
+    """
+    return f"{value:.6g} {'' if unit in (None, '1') else unit}".strip()
 
 
 def describe_design(gait: Gait | PlanarGait) -> Facts:

@@ -10,6 +10,7 @@ from gaitopt.motion.gait_table import (
     describe_energy,
     describe_objective,
     describe_script,
+    format_objective,
     round_margin,
 )
 from gaitopt.motion.planar_gait import PlanarGait
@@ -54,8 +55,8 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
 
 def _numbers(gait: PlanarGait) -> Facts:
     objective, margin = gait.problem["objective"], friction_margin(gait)
-    unit = gait.problem.get("objective_unit") or ""
-    facts = [(objective.replace("_", " "), f"{gait.solver.objective:.6g} {unit}".strip())]
+    value = format_objective(gait.solver.objective, gait.problem.get("objective_unit"))
+    facts = [(objective.replace("_", " "), value)]
     if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
     facts += [

@@ -230,6 +230,8 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         _shade(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
+        if row == 0 and view.is_single_support:
+            handles, labels = _add_slip_keys(handles, labels, view)
         if handles:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
@@ -284,14 +286,21 @@ def _shade(name: str, axes: "Axes", view: MotionView) -> None:
 
 def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
     """Draw the key of a panel in an empty axes beside it, with the shading of slip phases if a motion is given."""
-    from matplotlib.patches import Patch
-
     key.axis("off")
     handles, labels = axes.get_legend_handles_labels()
-    for mode in dict.fromkeys(part.mode for part in motion.segments if part.slipping) if motion else ():
-        color = MODE_FILL[mode]
-        handles.append(Patch(facecolor=(color, 0.3), edgecolor=color, hatch=MODE_HATCH[mode]))
-        labels.append(f"{mode.label} phase")
+    if motion:
+        handles, labels = _add_slip_keys(handles, labels, motion)
     if handles:
         wrapped = [textwrap.fill(label, KEY_LETTERS) for label in labels]
         key.legend(handles, wrapped, loc="upper left", borderaxespad=0, handlelength=2.2)
+
+
+def _add_slip_keys(handles: list[Any], labels: list[str], view: MotionView) -> tuple[list[Any], list[str]]:
+    """Return handles and labels of a key with the shading of each kind of slip phase."""
+    from matplotlib.patches import Patch
+
+    modes = dict.fromkeys(part.mode for part in view.segments if part.slipping)
+    patches = [
+        Patch(facecolor=(MODE_FILL[mode], 0.3), edgecolor=MODE_FILL[mode], hatch=MODE_HATCH[mode]) for mode in modes
+    ]
+    return [*handles, *patches], [*labels, *(f"{mode.label} phase" for mode in modes)]

@@ -16,6 +16,7 @@ from gaitopt.report.motion_charts import portraits, time_charts
 from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.critical_friction import describe_critical_friction
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
@@ -133,14 +134,13 @@ def cycle_card(cycle: AnyCycle) -> Element:
 
 def _cycle_table(cycle: AnyCycle) -> Element:
     """Return the facts of a periodic gait as a table."""
-    critical = cycle.critical_friction
     facts = [
         ("sequence", cycle.sequence),
         ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
         *((name, f"{value:.9g}") for name, value in cycle.state.items()),
         ("period", f"{cycle.period:.7g} s"),
         ("travel", f"{cycle.travel:.7g} m"),
-        ("friction needed", "slips" if critical is None else f"{critical.friction:.6g}"),
+        ("friction needed", describe_critical_friction(cycle.critical_friction)),
         ("residual", f"{cycle.residual:.1e}"),
         ("section", f"right after {cycle.section}") if isinstance(cycle, PlanarCycle) else ("engine", cycle.engine),
     ]

@@ -63,6 +63,12 @@ def test_the_bar_of_an_impact_does_not_begin_a_line_of_the_title(slipping):
         assert not any(line.startswith("|") for line in title.splitlines())
 
 
+def test_a_column_explains_its_shading_and_keeps_the_size_of_its_letters(slipping):
+    axes = axes_of(plot_gait(slipping, style=FigureStyle(width=3.5, font_size=6)))
+    assert "slip+ phase" in [text.get_text() for text in axes["angles"].get_legend().get_texts()]
+    assert {text.get_fontsize() for text in axes["stick figures"].texts} == {5.5}
+
+
 def test_only_slip_phases_are_shaded(slipping, sticking, slipping_both_ways):
     for gait, expected in ((slipping, ["slip+"]), (sticking, []), (slipping_both_ways, ["slip+", "slip-"])):
         axes = axes_of(draw(gait))

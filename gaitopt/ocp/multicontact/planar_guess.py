@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from attrs import frozen
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -203,7 +203,7 @@ class PlanarKeyframes(PlanarGuess):
         return "keyframes at " + ", ".join(f"{t:g}" for t in self.times) + " s"
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class FromPlanarGait(PlanarGuess):
     """The motion of an earlier gait, whose sequence may differ.

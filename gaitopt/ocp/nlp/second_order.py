@@ -6,9 +6,9 @@ Optimization, theorem 12.6); this needs no linear independence.  If the null spa
 cost increases at first order in every admissible direction, as at the vertex of a linear program.
 
 An interior-point method stops at a distance from such a vertex, where many multipliers and slacks are equally small.  A
-linear program in a small box around the solution then determines which constraints are active (crossover).  For the same
-reason a direction of negative curvature shows a saddle only if the cost decreases along it: the slack of a bound that is
-almost active may block one way, and its multiplier the other.
+linear program in a small box around the solution then determines which constraints are active (crossover).  For the
+same reason a direction of negative curvature shows a saddle only if the cost decreases along it: the slack of a bound
+that is almost active may block one way, and its multiplier the other.
 """
 
 import math
