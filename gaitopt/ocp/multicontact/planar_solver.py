@@ -185,7 +185,7 @@ class GridResult:
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
-        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
+        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
             remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending))
         return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
