@@ -103,8 +103,10 @@ def test_intervals_of_collocation_have_few_common_subexpressions(interval_block)
 def test_a_row_with_many_variables_is_differentiated_on_its_own():
     w = ca.SX.sym("w", 12)
     rows = ca.vertcat(w[0] * w[1], ca.sumsqr(w), w[2] * w[3], ca.sin(w[4]))
-    block = Block(name="block", variables=w, constraints=rows, columns=np.arange(12)[:, None], rows=np.arange(4)[:, None])
+    block = Block(
+        name="block", variables=w, constraints=rows, columns=np.arange(12)[:, None], rows=np.arange(4)[:, None]
+    )
     functions, x = BlockFunctions(block, DATA), np.linspace(0.1, 1.2, 12)
-    values, slopes = functions.jacobian(x, 0.0)
+    slopes = functions.jacobian(x, 0.0)[1]
     expected = ca.Function("expected", [w], [ca.jacobian(rows, w)])(x)
     np.testing.assert_array_equal(slopes, np.asarray(expected)[functions.jacobian_entries][:, None])
