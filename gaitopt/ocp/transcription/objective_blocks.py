@@ -128,7 +128,7 @@ def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
     return dict(zip(builder.names(), ca.vertsplit(p), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class IntervalInstants:
     """Instants of an interval, the arguments of objectives.
 

@@ -170,12 +170,12 @@ class _Intervals:
 
         idle = make([None] * len(self.points))
         if not self.powers:
-            return IntervalInstants(idle, idle, None)
+            return IntervalInstants(points=idle, idle=idle, mean=None)
         mean = None
         if builder.sign_changes is not None:
             data = self.local.add_data("sign changes", builder.sign_changes.tables[self.phase.number])
             mean = factory.make(self.points[0], mean_parts(self.powers, self.coefficients, data), rate)
-        return IntervalInstants(Deferred(lambda: make(self._parts_at_points())), idle, mean)
+        return IntervalInstants(points=Deferred(lambda: make(self._parts_at_points())), idle=idle, mean=mean)
 
     def _parts_at_points(self) -> list[ca.SX]:
         """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
