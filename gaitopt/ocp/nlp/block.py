@@ -211,7 +211,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     if len(single) < 2:
         return list(blocks)
     tables = ("columns", "rows", "constants", "places")
-    stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
+    stacked: dict[str, Any] = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
     expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
     joined = {name: stack([getattr(block, name) for block in single]) for name in expressions}
     sums: dict[str, Any] = {}
