@@ -23,7 +23,7 @@ SMALL = {
     "compass_force_ratio": {},
     "compass_multipliers": {"least": 0.1, "most": 0.2},
     "compass_portraits": {},
-    "double_support": {"steps": (0.7, 0.8), "frictions": (0.4,)},
+    "double_support": {"steps": (0.7, 0.8), "frictions": (0.4,), "workers": 1},
     "feedback_figures": {"laws": ("lqr",), "evaluations": 2, "starts": 1, "steps": 4, "pushes": 2},
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
     "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
@@ -43,7 +43,7 @@ SMALL = {
     "multi_step_gaits": {},
     "robust_gait": {"count": 2, "evaluations": 2},
     "trade_off_torque": {"points": 2},
-    "slipping_landings": {"hopping": (0.2, 0.7), "running": ()},
+    "slipping_landings": {"hopping": (0.2, 0.7), "running": (), "workers": 1},
 }
 """Parameters that make each script quick."""
 
