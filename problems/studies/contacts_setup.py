@@ -1,5 +1,6 @@
 """Sweeps of the scripts of robots with several contacts, and the energy ledgers of their gaits."""
 
+import functools
 import sys
 from pathlib import Path
 
@@ -28,17 +29,23 @@ def script_problem(name):
     return load_script(PROBLEMS / f"{name}.py")
 
 
-def sweep_sequences(problems, axes, workers=1, folder=None):
-    """Return the sweeps of some problems as one dataset, with their labels in the dimension ``gait``.
+def sweep_sequences(script, problems, axes, workers=1, folder=None):
+    """Return the sweeps of some problems of a script as one dataset, with their labels in the dimension ``gait``.
 
-    Each sweep is stored in a file of the folder, if there is one, from which an interrupted study resumes.
+    Each sweep is stored in a file of the folder, if one is named, from which an interrupted study resumes.
 
     The work per distance of travel is added [J/m]: ``motor_work``, without sign, and its terms ``impact``, ``friction``
     and ``braking``, in the dimension ``term``.
     """
     tables = []
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
     for label, problem in problems.items():
-        execution = Execution(workers=workers, observer=print_progress(f"{problem.robot.name}, {label}"))
+        execution = Execution(
+            workers=workers,
+            prepare=functools.partial(load_script, PROBLEMS / f"{script}.py"),
+            observer=print_progress(f"{problem.robot.name}, {label}"),
+        )
         path = Path(folder) / f"{problem.robot.name} {label}.nc".replace(" ", "_") if folder else None
         table = sweep(problem, axes, starts=1, execution=execution, path=path).isel(sequence=0)
         if not table.attrs["complete"]:

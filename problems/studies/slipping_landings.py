@@ -52,7 +52,8 @@ def study(hopping=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6), running=(0.15, 0.2, 0.3
     tables = {}
     for label, frictions in zip(ROBOTS, (hopping, running), strict=True):
         if frictions:
-            tables[label] = sweep_sequences(make_problems(label), {"friction": frictions}, workers, folder)
+            axes = {"friction": frictions}
+            tables[label] = sweep_sequences(ROBOTS[label][0], make_problems(label), axes, workers, folder)
     figure = _draw(tables)
     hop = solve_planar(script_problem("monopod")(clearance=0.0)).solver.objective
     numbers = [
