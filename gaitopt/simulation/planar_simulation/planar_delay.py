@@ -24,7 +24,14 @@ from gaitopt.simulation.planar_simulation.planar_torque import (
     TorqueSource,
     make_torque,
 )
-from gaitopt.simulation.planar_simulation.planar_walker import LONGEST, NO_STEP, TOLERANCE, PlanarStride, exchange_legs
+from gaitopt.simulation.planar_simulation.planar_walker import (
+    LONGEST,
+    NO_STEP,
+    SAMPLES,
+    TOLERANCE,
+    PlanarStride,
+    exchange_legs,
+)
 from gaitopt.status import Stop
 
 READINGS = 4
@@ -103,7 +110,7 @@ class DelayedPlanarWalker:
     ) -> None:
         self._robot, self._section, self._duration, self._delay = robot, section, LONGEST * period, delay
         self._source = _ReadSource(make_torque(robot, law))
-        self._automaton = PlanarAutomaton(robot, parameters, self._source, tolerance=TOLERANCE)
+        self._automaton = PlanarAutomaton(robot, parameters, self._source, tolerance=TOLERANCE, samples=SAMPLES)
         self._pending = deque[_Reading]()
         self._latched: tuple[float, ...] | None = None
         self._next = 0.0
