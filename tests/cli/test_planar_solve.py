@@ -86,9 +86,7 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
 @pytest.mark.parametrize(
     ("words", "advice"),
     [
-        (("simulate",), "'gaitopt show', 'verify'"),
-        (("tune",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
-        (("push",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
+        (("basin", "--over", "y=0.5,0.6"), "'gaitopt show', 'verify'"),
         (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
     ],
 )
