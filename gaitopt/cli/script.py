@@ -210,8 +210,8 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
-            f"{path} has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' "
-            "accept it."
+            f"{path} has a robot with several contacts; 'gaitopt stability', 'simulate', 'basin' and 'impact' accept "
+            "it."
         )
     return problem
 
@@ -284,7 +284,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'simulate', "
-            "'tune', 'push', 'plot', 'animate', 'report' and 'export' to CSV or JSON accept it."
+            "'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' to CSV or JSON accept it."
         )
     return gait
 

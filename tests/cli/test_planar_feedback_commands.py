@@ -58,6 +58,17 @@ def test_a_walk_from_a_changed_state_under_a_law(gait, file):
     assert (facts["steps"], len(facts["sequences"])) == (0, 1)
 
 
+def test_the_basin_of_a_gait_under_a_law(file, tmp_path):
+    path = tmp_path / "basin.nc"
+    options = ("--over", "a_rate=-0.733,0.5", "--law", "step_lqr", "--steps", 40, "--workers", 1, "-o", path)
+    result = run("basin", file, *options, "--json")
+    facts = json.loads(result.stdout)
+    assert result.exit_code == 0, result.output
+    assert facts["endings"] == ["foot A stick |", "fell"]
+    assert facts["saved_gait"] == 0.5
+    assert path.exists()
+
+
 def test_tuned_gains_are_saved_and_reloaded(gait, tuned, tmp_path):
     path = save_tuning(tuned, tmp_path / "gains.json")
     read = load_tuning(path)
@@ -99,7 +110,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path):
             "'step_lqr' of a robot with several contacts has no torque",
         ),
         (("push", "--law", "computed_torque"), "There is no feedback law 'computed_torque' for a robot with several"),
-        (("basin", "--over", "a_rate=0:1:2"), "is a gait of a robot with several contacts; 'gaitopt show'"),
+        (("basin", "--over", "x=0:1:2"), "has no coordinate or parameter 'x'"),
     ],
 )
 def test_wrong_options_get_a_sentence(file, words, message):

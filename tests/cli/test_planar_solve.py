@@ -86,7 +86,6 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
 @pytest.mark.parametrize(
     ("words", "advice"),
     [
-        (("basin", "--over", "y=0.5,0.6"), "'gaitopt show', 'verify'"),
         (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
     ],
 )
