@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitopt.cli.feedback_output import endurance_facts, print_endurance, print_tuning, print_unstable, tuning_facts
-from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_for, law_title
+from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
 from gaitopt.cli.options import (
     Frictions,
     GainsOutput,
@@ -161,11 +161,11 @@ def push(
     began = time.perf_counter()
     _check_output(output, "push test")
     gait = load_feedback_gait(file, problem)
-    chosen, title = _law_of(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
+    chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
         margins = _margins_of(gait.robot, chosen, cycle, steps, test, team, hidden=json)
-    basins = _basins(gait, {title: chosen, "open loop": _law_of(gait, OPEN_LOOP)}, ball, test, hidden=json)
+    basins = _basins(gait, {title: chosen, "open loop": law_of_gait(gait, OPEN_LOOP)}, ball, test, hidden=json)
     record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
     written = None if output is None else save_robustness(record, output)
     facts = {
@@ -184,22 +184,6 @@ def push(
         report_file(written)
 
 
-def _law_of(
-    gait: "AnyGait",
-    name: str,
-    gains: list[str] | None = None,
-    torque_limit: float | None = None,
-    stance_angle: bool = False,
-) -> "Law | PlanarLaw":
-    """Return the law of a gait from the options of a command."""
-    from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.motion.gait import Gait
-
-    if isinstance(gait, Gait):
-        return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
-    return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
-
-
 def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
     """Return the name of the engine that simulates the walks of a gait."""
     from gaitopt.cli.planar_walks import ENGINE
@@ -214,13 +198,13 @@ def _basins(
     gait: "AnyGait", laws: "dict[str, Law | PlanarLaw]", ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
-    from gaitopt.stability.gait_recovery import recovery_of
+    from gaitopt.stability.gait_recovery import measure_gait_recovery
 
     basins = {}
     with show_progress("pushes", hidden=hidden) as display:
         for name, law in laws.items():
             display.describe(f"pushes up to {ball:g} rad/s, {name}")
-            basins[name] = recovery_of(gait, law, ball, test)
+            basins[name] = measure_gait_recovery(gait, law, ball, test)
     return basins
 
 

@@ -84,6 +84,8 @@ def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> No
 
 def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     """Print periodic gaits of a robot with several contacts as a table."""
+    from gaitopt.stability.critical_friction import describe_critical_friction
+
     if not cycles:
         out.print("no periodic gait found; try more --starts or another slope or friction")
         return
@@ -101,13 +103,12 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
-        critical = cycle.critical_friction
         table.add_row(
             cycle.sequence,
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(format_multiplier(value) for value in cycle.multipliers),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
-            "-" if critical is None else f"{critical.friction:.6g}",
+            describe_critical_friction(cycle.critical_friction),
         )
     out.print(table)

@@ -284,7 +284,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'simulate', "
-            "'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' to CSV or JSON accept it."
+            "'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' accept it."
         )
     return gait
 

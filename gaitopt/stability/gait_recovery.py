@@ -11,10 +11,12 @@ from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-from gaitopt.stability.recovery import PushTest, Recovery, recovery
+from gaitopt.stability.recovery import PushTest, Recovery, measure_recovery
 
 
-def recovery_of(gait: AnyGait, law: Law | PlanarLaw, radius: float, test: PushTest | None = None) -> Recovery | None:
+def measure_gait_recovery(
+    gait: AnyGait, law: Law | PlanarLaw, radius: float, test: PushTest | None = None
+) -> Recovery | None:
     """Return the recovery of a gait from a ball of pushes under a law, or None without a periodic gait.
 
     Parameters
@@ -29,14 +31,14 @@ def recovery_of(gait: AnyGait, law: Law | PlanarLaw, radius: float, test: PushTe
     --------
     >>> from gaitopt import feedforward, load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> recovery_of(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
+    >>> measure_gait_recovery(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
     2
     """
     try:
         cycle = assess_stability(gait, law)
     except InputError:
         return None
-    return recovery(walker_near(gait, law, cycle), cycle, radius, test)
+    return measure_recovery(walker_near(gait, law, cycle), cycle, radius, test)
 
 
 def walker_near(

@@ -109,7 +109,7 @@ class PushTest:
 
 
 @check_arguments
-def recovery(
+def measure_recovery(
     walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle, radius: float, test: PushTest | None = None
 ) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
@@ -130,7 +130,7 @@ def recovery(
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> recovery(walker, gait, 0.01, PushTest(starts=5)).returned
+    >>> measure_recovery(walker, gait, 0.01, PushTest(starts=5)).returned
     5
     """
     test, walk = test or PushTest(), make_pushed_walk(walker, cycle)
@@ -140,7 +140,7 @@ def recovery(
 
 
 @check_arguments
-def largest_recovery(
+def find_largest_recovery(
     walker: Walker | PlanarWalker,
     cycle: Cycle | PlanarCycle,
     test: PushTest | None = None,
@@ -168,7 +168,7 @@ def largest_recovery(
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
+    >>> find_largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
     True
     """
     test = test or PushTest()

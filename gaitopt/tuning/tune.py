@@ -18,7 +18,7 @@ from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.gait_recovery import walker_near
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
+from gaitopt.stability.recovery import PushTest, Recovery, find_largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
 from gaitopt.tuning.record import Trial, Tuning
@@ -148,4 +148,4 @@ def _verify_tuning(
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
-    return largest_recovery(walker_near(gait, law, cycle, engine), cycle, test, observer)
+    return find_largest_recovery(walker_near(gait, law, cycle, engine), cycle, test, observer)

@@ -51,7 +51,12 @@ def test_the_file_states_its_script_and_parameters(capsys, hop):
 def test_the_table_of_a_file_is_that_of_the_solution(capsys, hop):
     status, printed = run(capsys, "show", str(hop))
     assert status == 0
-    for part in ("foot stick > flight |", "hop_effort", "foot closes; impulse foot (", "passed: contact sequence"):
+    for part in (
+        "foot stick > flight |",
+        "hop_effort",
+        "foot closes at 0.4 s; impulse foot (",
+        "passed: contact sequence",
+    ):
         assert part in " ".join(printed.out.split())
 
 
@@ -83,16 +88,18 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
     assert [path.name for path in tmp_path.iterdir()] == ["monopod.h5"]
 
 
-@pytest.mark.parametrize(
-    ("words", "advice"),
-    [
-        (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
-    ],
-)
-def test_commands_on_walkers_name_those_that_accept_the_file(capsys, hop, words, advice):
-    status, printed = run(capsys, words[0], str(hop), *words[1:])
+def test_a_gait_is_exported_as_a_controller(capsys, hop, tmp_path):
+    path = tmp_path / "controller.py"
+    assert run(capsys, "export", str(hop), "-o", str(path), "--law", "joint_pd")[0] in (0, None)
+    text = path.read_text(encoding="utf-8")
+    assert "class Controller" in text
+    assert "robot monopod, law joint_pd" in text
+
+
+def test_a_command_on_walkers_names_those_that_accept_the_file(capsys, hop):
+    status, printed = run(capsys, "compare", str(hop), "--multipliers")
     assert status == 2
-    assert f"of a robot with several contacts; {advice}" in " ".join(printed.err.split())
+    assert "of a robot with several contacts; 'gaitopt show', 'verify'" in " ".join(printed.err.split())
 
 
 @pytest.mark.parametrize(

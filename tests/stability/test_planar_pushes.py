@@ -11,11 +11,11 @@ from gaitopt.model import compass_biped
 from gaitopt.ocp import solve_planar
 from gaitopt.simulation.planar_simulation.planar_delay import DelayedPlanarWalker
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
-from gaitopt.stability import assess_planar, assess_stability, largest_recovery, recovery
-from gaitopt.stability.gait_recovery import recovery_of
+from gaitopt.stability import assess_planar, assess_stability, find_largest_recovery, measure_recovery
+from gaitopt.stability.gait_recovery import measure_gait_recovery
 from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk, push_weights
 from gaitopt.stability.planar_gaits.planar_section import section_of
-from gaitopt.stability.planar_gaits.planar_start import change_state
+from gaitopt.stability.planar_gaits.state_change import change_state
 from gaitopt.stability.recovery import draw_from_ball
 from gaitopt.study import WalkTest, assess_robustness
 from gaitopt.study.robustness.disturbed_gait import PlanarDisturbedGait
@@ -72,24 +72,24 @@ def test_a_push_has_its_size_and_moves_no_foot_off_the_ground(walker, cycle):
 
 def test_walks_return_from_small_pushes_only(walker, cycle, gait, law):
     test = PushTest(starts=2, steps=20)
-    near, far = (recovery(walker, cycle, radius, test) for radius in (1e-3, 3.0))
+    near, far = (measure_recovery(walker, cycle, radius, test) for radius in (1e-3, 3.0))
     assert near.complete
     assert not far.complete
-    assert recovery_of(gait, law, 1e-3, test) == near
+    assert measure_gait_recovery(gait, law, 1e-3, test) == near
 
 
 @pytest.mark.slow
 def test_the_largest_ball_of_recovered_pushes_is_bracketed(walker, cycle):
     test = PushTest(starts=2, resolution=0.3)
-    found = largest_recovery(walker, cycle, test)
+    found = find_largest_recovery(walker, cycle, test)
     assert 0.01 < found.radius < found.beyond <= found.radius / 0.7
-    assert recovery(walker, cycle, found.radius, test).complete
-    assert not recovery(walker, cycle, found.beyond, test).complete
+    assert measure_recovery(walker, cycle, found.radius, test).complete
+    assert not measure_recovery(walker, cycle, found.beyond, test).complete
 
 
 def test_a_push_test_refuses_a_gait_of_another_kind(walker, cycle):
     with pytest.raises(InputError, match="a PlanarWalker with a PlanarCycle"):
-        recovery(walker, walker, 0.1)
+        measure_recovery(walker, walker, 0.1)
     with pytest.raises(InputError, match="a PlanarRobot, a PlanarLaw and a PlanarCycle"):
         assess_robustness(compass_biped(), passive(compass_biped()), cycle)
 

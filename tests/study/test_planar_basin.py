@@ -11,7 +11,7 @@ from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.ocp import solve_planar
 from gaitopt.plot.basin_figure import plot_basin
 from gaitopt.stability import PlanarWalkProblem, assess_planar
-from gaitopt.study import SettlingCriterion, basin_edges, ending_labels, load_basin
+from gaitopt.study import SettlingCriterion, ending_labels, load_basin, locate_basin_edges
 from gaitopt.study.basins.basin_file import basin_key
 from tests.ocp.multicontact_examples import walk
 
@@ -62,7 +62,7 @@ def test_the_basin_of_the_hopper_resumes_and_a_start_in_the_air_is_none(tmp_path
 def test_the_edge_of_a_basin_is_located(gait):
     rate = assess_planar(gait).state["a_rate"]
     patience = SettlingCriterion(steps=40, tolerance=1e-4)
-    ((edge, below, above),) = basin_edges(gait, {}, {"a_rate": [rate, 0.5]}, tolerance=1e-2, patience=patience)
+    ((edge, below, above),) = locate_basin_edges(gait, {}, {"a_rate": [rate, 0.5]}, tolerance=1e-2, patience=patience)
     assert (below, above) == ("foot A stick |", "fell")
     assert rate < edge < 0.5
 

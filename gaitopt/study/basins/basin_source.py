@@ -24,8 +24,8 @@ from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection
-from gaitopt.stability.planar_gaits.planar_start import change_state
 from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+from gaitopt.stability.planar_gaits.state_change import change_state
 from gaitopt.stability.section import Section
 from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classify_planar_walk, classify_walk
 

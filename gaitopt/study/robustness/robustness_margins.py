@@ -22,7 +22,7 @@ from gaitopt.parameters import check_type, positive, whole_number
 from gaitopt.simulation.engine import Engine
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.stability.recovery import PushTest, find_largest_recovery
 from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait
 
 DOUBLINGS = 6
@@ -54,6 +54,7 @@ class RobustnessMargins:
     unit: str
 
 
+@check_arguments
 @frozen(kw_only=True)
 class WalkTest:
     """Test of a disturbed walk: its number of steps, and the resolution of the margins.
@@ -177,7 +178,7 @@ class _MarginSearch:
         return RobustnessMargins(kind, lower, upper, unit)
 
     def push_margin(self) -> RobustnessMargins:
-        recovery = largest_recovery(self.gait.walker({}), self.cycle, self.test)
+        recovery = find_largest_recovery(self.gait.walker({}), self.cycle, self.test)
         beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
         return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
 
