@@ -1,7 +1,7 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -23,9 +23,6 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.errors import InputError
-
-if TYPE_CHECKING:
-    pass
 
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
 """Content of the files that export writes, by their suffix."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from attrs import field, frozen
@@ -12,10 +12,12 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
-from gaitopt.simulation.planar_simulation.planar_state import PlanarState
-from gaitopt.simulation.planar_simulation.planar_walker import PlanarStride, PlanarWalker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarStride, PlanarWalker
 
 UNSETTLED = "unsettled"
 
@@ -84,7 +86,7 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
 
 
 def classify_planar_walk(
-    walker: PlanarWalker, start: PlanarState, kept: list[int], patience: SettlingCriterion
+    walker: "PlanarWalker", start: "PlanarState", kept: list[int], patience: SettlingCriterion
 ) -> WalkEnding:
     """Walk a robot with several contacts until it repeats, fails, or reaches the maximum number of steps.
 
@@ -166,7 +168,7 @@ def _sequence_of(stride: Stride) -> str | None:
     return str(ContactSequence(stride.modes, stride.impact.mode)) if stride.impact and stride.impact.mode else None
 
 
-def _planar_sequence_of(stride: PlanarStride) -> str:
+def _planar_sequence_of(stride: "PlanarStride") -> str:
     """Return the contact sequence of a step; labels contain no commas."""
     return stride.rollout.motion.sequence.replace(", ", " and ")
 
