@@ -188,6 +188,6 @@ def _tune(
     family = controller_family_named(name, gait.robot, gait.motion, torque_limit=limit)
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
-    if tuned.law is None:
+    if not isinstance(tuned.law, Law):
         raise InputError(f"No gains of the family {name!r} give a law for the gait.")
     return tuned, tuned.law
