@@ -1,7 +1,7 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,6 +23,9 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import AnyGait
 
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
 """Content of the files that export writes, by their suffix."""
@@ -179,6 +182,19 @@ def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
         raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
 
 
+def _law_of(
+    gait: "AnyGait", name: str, gains: list[str] | None, torque_limit: float | None, *, stance_angle: bool
+) -> Any:
+    """Return the law of a gait that the options of the command state."""
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if isinstance(gait, PlanarGait):
+        from gaitopt.cli.planar_law_option import PlanarLawOption
+
+        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
+    return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
+
+
 def export(
     file: GaitFile,
     output: Annotated[
@@ -214,7 +230,7 @@ def export(
     if file.suffix == ".nc":
         report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
         return
-    from gaitopt.cli.script import load_any_gait, require_walking
+    from gaitopt.cli.script import load_any_gait
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.python_controller import write_python
@@ -228,9 +244,7 @@ def export(
     if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
         report_file(write_torques(gait.motion, output), json=json)
         return
-    gait = require_walking(gait, file)
-    robot = gait.robot
-    chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
+    robot, chosen = gait.robot, _law_of(gait, law, gain, torque_limit, stance_angle=stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     elif suffix == ".py":

@@ -109,17 +109,18 @@ def _title(diagram: BranchDiagram) -> str:
 
 
 def angle_symbol_of(coordinate: str) -> str:
-    """Return the symbol of a coordinate of a section; that of a rate has a dot.
+    r"""Return the symbol of a coordinate of a section; that of a rate has a dot.
 
     Examples
     --------
-    >>> angle_symbol_of("foot_speed")
-    'foot speed'
+    >>> angle_symbol_of("foot_speed"), angle_symbol_of("th1_rate")
+    ('foot speed', '$\\dot{\\theta}_{1}$')
     """
     name = coordinate.removesuffix("_rate")
     symbol = angle_symbol(name)
     if name != coordinate and symbol.startswith("$"):
-        return f"$\\dot{{{symbol[1:-1]}}}$"
+        letter, mark, index = symbol[1:-1].partition("_")
+        return rf"$\dot{{{letter}}}{mark}{index}$"  # over the letter alone, not over its index
     return symbol if symbol.startswith("$") else coordinate.replace("_", " ")
 
 

@@ -1,5 +1,6 @@
 import json
 import math
+import signal
 from dataclasses import replace
 
 import h5py
@@ -72,6 +73,13 @@ def test_interrupted_basin_goes_on(tmp_path, monkeypatch):
     )
     assert calls == [6]
     assert ending_labels(resumed).tolist() == ending_labels(basin(rimless_wheel(), WHEEL, GRID)).tolist()
+
+
+def test_an_interrupt_before_the_first_walk_writes_no_file(tmp_path, monkeypatch):
+    monkeypatch.setattr("gaitopt.study.basins.basin.import_packages", lambda *_: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        basin(rimless_wheel(), WHEEL, GRID, path=tmp_path / "basin.nc")
+    assert not (tmp_path / "basin.nc").exists()
 
 
 def test_labels_are_sorted_whatever_came_first():

@@ -11,7 +11,8 @@ from gaitopt.cli.result_output import find_facts, print_result
 from gaitopt.plot import plot_branch_basin, plot_result
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.recovery import PushTest, count_settling_steps, push_scale
+from gaitopt.stability.pushed_walk import push_scale
+from gaitopt.stability.recovery import PushTest, count_settling_steps
 from gaitopt.study import (
     PushSearch,
     find_fatal_push,

@@ -14,7 +14,8 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.recovery import PushTest, count_settling_steps, push_scale
+from gaitopt.stability.pushed_walk import push_scale
+from gaitopt.stability.recovery import PushTest, count_settling_steps
 from gaitopt.study.basins.attractor import classify_walk
 
 SPREADS = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003)
