@@ -167,6 +167,7 @@ def test_an_observer_that_interrupts_ends_the_trace(problem):
         trace_optimum(problem, {"friction": (0.25, 0.2)}, options=OptimumOptions(replay=0), observer=stop)
 
 
+@pytest.mark.slow
 def test_a_branch_of_least_cost_of_transport_passes_changes_of_several_constraints():
     """Over intervals without torque, the powers at several points fix the same torque."""
     problem = make_problem(objective="cost_of_transport", friction=0.22)
