@@ -10,6 +10,7 @@ from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import has_half_period, switch_branch
+from gaitopt.continuation.value_slope import differentiate_by_value
 from tests.continuation.map_examples import ExampleFamily
 
 OPTIONS = ArclengthOptions(longest_step=0.1)
@@ -158,6 +159,14 @@ def test_steps_grow_although_rounding_errors_are_large():
     assert [point.z[0] for point in points] == pytest.approx([math.sin(point.value) for point in points], abs=1e-12)
     assert len(points) < 45
     assert max(point.iterations for point in points) <= 3  # not those that only confirm the rounding errors
+
+
+def test_the_derivative_by_the_parameter_is_accurate_for_sensitive_maps():
+    family = ExampleFamily(lambda z, a: np.sin(1e3 * (a + z)), 1, value_scale=100.0)
+    z, value = np.array([0.2]), 0.1
+    sample, by_z = family.evaluate(z, value), np.array([[1e3 * math.cos(300.0)]])
+    slope = differentiate_by_value(family, z, value, sample, by_z, 1e-6)
+    assert slope == pytest.approx(by_z[0], rel=1e-4)  # 1.7e-3 with the step of an insensitive map
 
 
 def test_a_doubled_branch_joins_the_branch_of_half_its_period_again():
