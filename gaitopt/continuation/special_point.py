@@ -152,7 +152,7 @@ def merge_changes(
     """Return special points in which successive changes of the contact sequence closer than a width are one change.
 
     Between them the gait has a sequence that exists only within rounding errors; a change to such a sequence and back
-    is none.
+    is dropped.
 
     Parameters
     ----------

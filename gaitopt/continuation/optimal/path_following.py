@@ -308,7 +308,7 @@ class PathFollower:
         return self._depart(after, direction, sampled=after.point.value == limit)
 
     def _solve_again(self, point: PathPoint) -> PathPoint:
-        """Return a point with the sign changes of its own joint powers; the point itself if the solve fails."""
+        """Return a point after its sign changes are located again; the point itself if the solve fails."""
         optimum = find_again(point.optimum, point.value, SAME_OPTIMUM)
         direction = math.copysign(1.0, point.tangent[1])
         return point if optimum is None else self._depart(optimum, direction, sampled=point.sampled)
