@@ -196,7 +196,18 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
-    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    hint = f" Use 'gaitopt design {script.path}'." if _is_design(problem) else ""
+    raise InputError(
+        f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.{hint}"
+    )
+
+
+def _is_design(problem: object) -> bool:
+    """Return whether a problem is one of ``gaitopt design`` alone."""
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+
+    return isinstance(problem, Family | RobustProblem)
 
 
 def walk_problem(script: Script) -> "WalkProblem":

@@ -14,13 +14,13 @@ from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
-FIRST_STEP = 0.35
+FIRST_STEP = 0.2
 """First decrease of the bound, relative to the distance of the radius of the first gait from the requested bound."""
 
-GROWTH, SHRINKAGE = 1.5, 0.5
-"""Factors of the decrease after a solve that converges, and after one that does not."""
+SHRINKAGE = 0.5
+"""Factor of the decrease after a solve that does not converge."""
 
-MOST_FAILURES = 2
+MOST_FAILURES = 3
 """Number of solves that do not converge after which the approach ends."""
 
 
@@ -52,7 +52,7 @@ def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observe
         if nearer.status is Status.INTERRUPTED:
             return None
         if nearer.status.ok:
-            gait, radius, step = nearer, following, GROWTH * step
+            gait, radius = nearer, following
         else:
-            failures, step = failures + 1, SHRINKAGE * step
+            failures, step = failures + 1, SHRINKAGE * (radius - following)
     return gait if radius <= bound.radius else None
