@@ -72,6 +72,7 @@ def test_a_mass_that_differs_from_the_plan_is_tuned_for():
     assert check_scenarios(plan.gait, plan.law, scenarios, count=4).survived == 4
 
 
+@pytest.mark.slow
 def test_the_open_loop_and_a_law_of_a_function_are_robust_without_pushes():
     steady = Scenarios(ranges={"friction": (0.14, 0.16)}, values=2, steps=4)
     plan = solve_scenarios(problem(), steady, law="feedforward")

@@ -14,7 +14,7 @@ from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
-FIRST_STEP = 0.2
+FIRST_STEP = 0.21
 """First decrease of the bound, relative to the distance of the radius of the first gait from the requested bound."""
 
 SHRINKAGE = 0.5
