@@ -21,7 +21,7 @@ SLOW = 180.0
 
 
 def run_limited(words, folder, kind, limit):
-    """Return the faults of a command with a limit, and whether the limit stopped it."""
+    """Return whether a limit stopped a command, and the faults."""
     limits = functools.partial(resource.setrlimit, LIMITS[kind][0], (limit, limit))
     process = start(words, folder, preexec_fn=limits)
     try:
@@ -30,24 +30,21 @@ def run_limited(words, folder, kind, limit):
         process.kill()
         process.communicate()
         wait_for_orphans(folder)
-        return [f"hangs with a limit of {limit} bytes"], True
+        return True, [f"hangs with a limit of {limit} bytes"]
     faults = [f"processes {left} are left" for left in [wait_for_orphans(folder)] if left]
     if "Traceback" in errors or process.returncode not in (0, 1, 2, 130):
         faults.append(f"limit of {limit} bytes: status {process.returncode}, {errors.strip()[-300:]}")
-    return faults, process.returncode != 0
+    return process.returncode != 0, faults
 
 
 def limit_repeatedly(name, kind, count):
     """Run a study with limits of one kind, and return what went wrong."""
-    stopped = []
 
     def apply(words, folder, limit):
-        faults, ended = run_limited(words, folder, kind, int(limit))
-        stopped.append(ended)
-        return faults
+        return run_limited(words, folder, kind, int(limit))
 
-    _, faults = disturb(name, lambda seconds: np.geomspace(*LIMITS[kind][1:], count), apply)
-    summary = f"{name}, {kind}: {count} limits, of which {sum(stopped)} stopped it; {len(faults)} faults"
+    stopped, faults = disturb(name, count, lambda seconds: iter(np.geomspace(*LIMITS[kind][1:], count)), apply)
+    summary = f"{name}, {kind}: {count} limits, of which {stopped} stopped it; {len(faults)} faults"
     print_faults(summary, faults)
     return faults
 

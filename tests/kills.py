@@ -1,9 +1,10 @@
 """Kill studies at random instants: ``python -m tests.kills [COUNT] [STUDY...]`` (20 kills of each study by default).
 
-A killed study leaves no process, and the same command continues it to the results of an undisturbed study, without
-stray files.
+A killed study leaves no process, and the same command, killed again, continues it to the results of an undisturbed
+study, without stray files.
 """
 
+import itertools
 import os
 import signal
 import time
@@ -16,30 +17,35 @@ SEED = 18
 
 
 def draw_kills(count, seconds):
-    """Return instants [s], and whether the workers are killed together with the command."""
-    instants = np.random.default_rng(SEED).uniform(0.1, 1.0, count) * seconds
-    return [(instant, number % 2 == 1) for number, instant in enumerate(instants)]
+    """Yield instants [s], and whether the workers are killed together with the command."""
+    rng = np.random.default_rng([SEED, count])
+    for number in itertools.count():
+        yield rng.uniform(0.1, 1.0) * seconds, number % 2 == 1
 
 
 def kill_once(words, folder, kill):
-    """Kill a command some seconds after its start, and its workers if requested; return the faults."""
+    """Kill a command some seconds after its start, and its workers if requested.
+
+    Return whether it was running, and the faults.
+    """
     (after, whole), process = kill, start(words, folder)
     deadline = time.monotonic() + after
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.01)
+    running = process.poll() is None
     for number in list_processes(folder) if whole else [process.pid]:
         try:
             os.kill(number, signal.SIGKILL)
         except ProcessLookupError:
             continue
     process.communicate()
-    return [f"processes {left} are left"] if (left := wait_for_orphans(folder)) else []
+    return running, [f"processes {left} are left"] if (left := wait_for_orphans(folder)) else []
 
 
 def kill_repeatedly(name, count):
     """Kill a study repeatedly, and return what went wrong."""
-    seconds, faults = disturb(name, lambda seconds: draw_kills(count, seconds), kill_once)
-    print_faults(f"{name}: {count} kills, {len(faults)} faults; {seconds:.0f} s without a kill", faults)
+    done, faults = disturb(name, count, lambda seconds: draw_kills(count, seconds), kill_once)
+    print_faults(f"{name}: {done} kills, {len(faults)} faults", faults)
     return faults
 
 

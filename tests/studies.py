@@ -3,6 +3,7 @@
 Each runs as a process of its own in a folder of its own, with a temporary folder of its own.
 """
 
+import itertools
 import json
 import os
 import subprocess
@@ -18,12 +19,13 @@ COMPASS = ROOT / "problems" / "compass_stick.py"
 COARSE = ("--set", "objective=torque_squared", "--set", "intervals=10", "--set", "torque_limit=10")
 
 STUDIES = {
-    "sweep": ("sweep", COMPASS, *COARSE, "--over", "friction=0.2:0.3:4", "--workers", "2", "-o", "out.nc"),
+    "sweep": ("sweep", COMPASS, *COARSE, "--over", "friction=0.2:0.3:4", "--starts", "1", "--workers", "2", "-o",
+              "out.nc"),
     "search": ("search", COMPASS, *COARSE, "--max-phases", "1", "--starts", "1", "--workers", "2", "-o", "out"),
     "basin": ("basin", ROOT / "problems/rimless_wheel.py", "--over", "theta_rate=0.1:2:40", "--over",
               "foot_speed=0:0.5:12", "--workers", "2", "-o", "out.nc"),
-    "pareto": ("pareto", COMPASS, *COARSE, "--points", "4", "--workers", "2", "-o", "out.nc"),
-    "audit": ("audit", "--count", "6", "--workers", "2", "-o", "out.json"),
+    "pareto": ("pareto", COMPASS, *COARSE, "--points", "3", "--workers", "2", "-o", "out.nc"),
+    "audit": ("audit", "--count", "5", "--workers", "2", "-o", "out.json"),
 }  # fmt: skip
 """Words of the commands by name; all write ``out...`` and continue there."""
 
@@ -31,11 +33,14 @@ COMMANDS = {
     **STUDIES,
     "solve": ("solve", ROOT / "problems/compass_slip.py", "-o", "out.h5"),
     "trace": ("trace", ROOT / "problems/compass_passive.py", "--over", "slope=1:1.5", "-o", "out.nc"),
-    "stability": ("stability", ROOT / "problems/compass_passive.py", "--starts", "200"),
-    "tune": ("tune", ROOT / "docs/examples/compass_slip.h5", "--law", "joint_pd", "-o", "out.json"),
-    "animate": ("animate", ROOT / "docs/examples/compass_slip.h5", "-o", "out.gif"),
+    "stability": ("stability", ROOT / "problems/compass_passive.py", "--starts", "50"),
+    "tune": ("tune", ROOT / "docs/examples/compass_slip.h5", "--law", "lqr", "--starts", "10", "-o", "out.json"),
+    "animate": ("animate", ROOT / "docs/examples/compass_slip.h5", "--steps", "1", "-o", "out.gif"),
 }
 """All long commands."""
+
+CHAIN = 4
+"""Number of disturbances of a study before it is continued to its end."""
 
 TIMES = {"seconds", "solve_seconds", "build_seconds", "versions", "date", "created", "duration"}
 """Names of entries that differ between equal studies."""
@@ -121,42 +126,49 @@ def is_same(one, other):
     return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
 
 
-def disturb(name, draw, apply, every=1):
-    """Run a command undisturbed, then with each of some disturbances, after which a study is continued and compared.
+def disturb(name, count, draw, apply):
+    """Run a command undisturbed, then with disturbances; a study is continued from one to the next.
+
+    After the last of `CHAIN` disturbances a study is continued to its end and compared with the undisturbed one.
 
     Parameters
     ----------
     name : str
         Key of `COMMANDS`.
+    count : int
+        Number of disturbances before the end of the command.
     draw : callable
-        (seconds of the undisturbed command) -> list of disturbances.
+        (seconds of the undisturbed command) -> iterator of disturbances.
     apply : callable
-        (words, folder, disturbance) -> list of faults of a disturbed command.
-    every : int
-        A study is continued after the first of so many disturbances.
+        (words, folder, disturbance) -> whether it came before the end of the command, and list of faults.
 
     Returns
     -------
-    float, list of str
-        Duration of the undisturbed command [s], and the faults.
+    int, list of str
+        Number of disturbances before the end of the command, and the faults.
     """
-    words, faults = COMMANDS[name], []
+    words, done, last = COMMANDS[name], 0, 2 * count
     with tempfile.TemporaryDirectory() as top:
         undisturbed = Path(top) / "undisturbed"
         undisturbed.mkdir()
-        began = time.monotonic()
-        faults += finish(words, undisturbed)
-        seconds, expected = time.monotonic() - began, read_results(undisturbed)
-        for number, disturbance in enumerate(draw(seconds)):
-            folder = Path(top) / str(number)
-            folder.mkdir()
-            found = apply(words, folder, disturbance)
-            if name in STUDIES and number % every == 0:
+        began, faults = time.monotonic(), finish(words, undisturbed)
+        draws, expected = draw(time.monotonic() - began), read_results(undisturbed)
+        chain = CHAIN
+        for number, disturbance in enumerate(itertools.islice(draws, last), 1):
+            if chain == CHAIN or name not in STUDIES:
+                folder, chain = Path(top) / str(number), 0
+                folder.mkdir()
+            before_end, found = apply(words, folder, disturbance)
+            done, chain = done + before_end, chain + 1 if before_end else CHAIN
+            if name in STUDIES and (chain == CHAIN or done == count):
                 found += finish(words, folder)
                 if not is_same(read_results(folder), expected):
                     found.append("the results differ from those of an undisturbed study")
-            faults += [f"number {number}: {fault}" for fault in found]
-    return seconds, faults
+            print_faults(f"{name}: disturbance {number}, {done} before the end", found)
+            faults += found
+            if done == count:
+                break
+    return done, faults
 
 
 def print_faults(summary, faults):

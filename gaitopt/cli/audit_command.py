@@ -86,7 +86,7 @@ def _run(
     execution = team.execution(observer)
     try:
         running = run_tasks(audit_number, tasks, shared, known=results, execution=execution)
-        return collect_tasks(running, results, tasks, observer)
+        return collect_tasks(running, results, tasks, observer).failures
     finally:
         results.write()
 

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
     from gaitopt.design.family_gaits import FamilyGaits
     from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.progress import HomotopyIteration, Iteration
 
@@ -45,10 +47,10 @@ def design(
 ) -> None:
     """Optimise parameters of a walker together with its gaits, or plan a robust gait; replay and save the gaits.
 
-    The script returns a Family, a GaitProblem with free parameters, or a RobustProblem: one gait and one law for
-    ranges of parameters and for pushes, with the additional cost and the scenarios that it survives.  The gains of the
-    law are saved for 'gaitopt push --law'.  Exit status 0 if all gaits are solved and verified, or the plan survives
-    all candidate scenarios; 1 otherwise.
+    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem: one gait
+    and one law for ranges of parameters and for pushes, with the additional cost and the scenarios that it survives.
+    The gains of the law are saved for 'gaitopt push --law'.  Exit status 0 if all gaits are solved and verified, or the
+    plan survives all candidate scenarios; 1 otherwise.
 
     Example: gaitopt design walker.py --set friction=0.2 -o walker
     """
@@ -100,16 +102,19 @@ def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":
 def _count_gaits(stated: object, script: Path) -> int:
     """Return the number of gaits that a script states; InputError unless it has free parameters."""
     from gaitopt.design.family import Family
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
     if isinstance(stated, Family):
         return len(stated.problems)
-    if isinstance(stated, GaitProblem) and stated.free_ranges:
-        return 1
-    kind = "a GaitProblem without free parameters" if isinstance(stated, GaitProblem) else f"a {type(stated).__name__}"
+    kind = f"a {type(stated).__name__}"
+    if isinstance(stated, GaitProblem | PlanarProblem):
+        if stated.free_ranges:
+            return 1
+        kind += " without free parameters"
     raise InputError(
-        f"problem() of {script} must return a Family, a RobustProblem, or a GaitProblem with free={{...}}; it returned "
-        f"{kind}."
+        f"problem() of {script} must return a Family, a RobustProblem, or a GaitProblem or a PlanarProblem with "
+        f"free={{...}}; it returned {kind}."
     )
 
 
@@ -132,12 +137,12 @@ def _solve(stated: Any, display: Display, *, verbose: bool) -> "FamilyGaits":
     return replace(result, gaits=gaits)
 
 
-def _solve_one(problem: "GaitProblem", observe: Any) -> "FamilyGaits":
+def _solve_one(problem: "GaitProblem | PlanarProblem", observe: Any) -> "FamilyGaits":
     """Return the gait of one problem with free parameters."""
     from gaitopt.design.family_gaits import FamilyGaits
     from gaitopt.ocp.solver import solve
 
-    gait = solve(problem, observer=observe)
+    gait: Any = solve(problem, observer=observe)
     return FamilyGaits(
         gaits=(gait,),
         design=gait.design,
@@ -156,7 +161,7 @@ def _free_ranges(stated: Any) -> dict[str, tuple[float, float]]:
     return {name: (float(lower), float(upper)) for name, (lower, upper) in problem.free_ranges.items()}
 
 
-def _describe_parameter(robot: "Robot", name: str, value: float, ends: tuple[float, float]) -> str:
+def _describe_parameter(robot: "Robot | PlanarRobot", name: str, value: float, ends: tuple[float, float]) -> str:
     """Return a designed parameter with its unit, and whether it is at a bound.
 
     Examples

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import attrs
 import numpy as np
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.following import BranchFollower
@@ -23,7 +23,7 @@ from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, 
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import switch_branch
 from gaitopt.errors import InputError
-from gaitopt.parameters import Parameter
+from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine
 from gaitopt.stability.cycle_search import STARTS
 
@@ -34,11 +34,14 @@ ONE_CHANGE = 1e-8
 DOUBLING_STEPS = 0.4
 """Factor of the step lengths from one doubled branch to the next, whose range is shorter."""
 
+MOST_DOUBLINGS = 20
+"""Largest number of branches of doubled period."""
+
 BranchObserver = Callable[[GaitBranch], None]
 """Called with a branch whenever a point of it has been added."""
 
 
-@check_arguments
+@check_record
 @attrs.frozen(kw_only=True)
 class TraceOptions:
     """Options of :func:`trace`.
@@ -47,7 +50,7 @@ class TraceOptions:
     ----------
     doublings : int
         Number of branches of doubled period to follow, each from the first period doubling of the one before up to
-        its own.
+        its own.  At most 20, a period of a million steps.
     deflate : bool
         Whether to search for further gaits at both ends and in the middle of the range, and to follow them too.
     starts : int
@@ -64,16 +67,12 @@ class TraceOptions:
     False
     """
 
-    doublings: int = 0
+    doublings: int = attrs.field(default=0, validator=whole_number(0, MOST_DOUBLINGS))
     deflate: bool = False
-    starts: int = STARTS
+    starts: int = attrs.field(default=STARTS, validator=whole_number())
     arclength: ArclengthOptions = attrs.field(factory=ArclengthOptions)
     engine: Engine | None = None
     checkpoint: Checkpoint | None = None
-
-    def __attrs_post_init__(self) -> None:
-        Parameter("doublings", 0, "1", "", lower=0, whole=True).check(self.doublings)
-        Parameter("starts", 1, "1", "", lower=1, whole=True).check(self.starts)
 
 
 @check_arguments

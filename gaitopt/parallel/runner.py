@@ -4,6 +4,7 @@ import contextlib
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Future, wait
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from gaitopt.interrupts import InterruptRecord, hold_interrupt, record_interrupts
@@ -14,6 +15,25 @@ from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 
 POLL_INTERVAL = 0.1
 """Time between two checks of the workers and of interrupts while tasks are under way [s]."""
+
+Meanwhile = Callable[[Callable[[], None]], object]
+"""Called with a function that raises KeyboardInterrupt after a Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class TaskReport:
+    """How the tasks of a study ended.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        Reasons of the tasks without a result by their keys.
+    interrupted : bool
+        Whether Ctrl-C was pressed, also if it came after the last task.
+    """
+
+    failures: dict[str, str]
+    interrupted: bool = False
 
 
 class ResultStore(Protocol):
@@ -31,7 +51,7 @@ def run_tasks(
     *,
     known: Mapping[str, Any] | None = None,
     execution: Execution | None = None,
-    meanwhile: Callable[[], object] | None = None,
+    meanwhile: Meanwhile | None = None,
 ) -> Generator[TaskOutcome, None, None]:
     """Yield the outcome of each task when it ends.
 
@@ -52,7 +72,8 @@ def run_tasks(
     execution : Execution, optional
         Workers; with one and no executor, tasks run in this process.
     meanwhile : callable, optional
-        Called once in this process when the first tasks are under way in workers.
+        Called once in this process when the first tasks are under way in workers, or before the first one, with a
+        function that raises KeyboardInterrupt after a Ctrl-C.
 
     Yields
     ------
@@ -76,7 +97,7 @@ def run_tasks(
     queue = TaskQueue(tasks, known or {})
     workers, prepare = execution.workers, execution.prepare
     if execution.executor is None and (workers == 1 or len(queue) <= 1):
-        yield from _run_here(work, shared, queue)
+        yield from _run_here(work, shared, queue, meanwhile)
         return
     executor: TaskExecutor
     if execution.executor is None:
@@ -94,8 +115,10 @@ def collect_tasks(
     results: ResultStore,
     planned: Sequence[Task],
     observer: TaskObserver | None,
-) -> dict[str, str]:
-    """Store the results of tasks by key as they complete, until the last or an interrupt; return failures by key.
+) -> TaskReport:
+    """Store the results of tasks by key as they complete, until the last or an interrupt.
+
+    An interrupt before the first outcome is raised: there is nothing to write.
 
     Parameters
     ----------
@@ -106,23 +129,37 @@ def collect_tasks(
     planned : sequence of Task
     observer : callable, optional
         Called with (tasks done, tasks in all).
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the interrupt comes before the first outcome.
     """
     failures: dict[str, str] = {}
-    count = sum(task.key in results for task in planned)
-    with contextlib.closing(running), contextlib.suppress(KeyboardInterrupt):
-        for outcome in running:
-            if outcome.failure:
-                failures[outcome.task.key] = outcome.failure
-            else:
-                results[outcome.task.key] = outcome.result
-            count += 1
-            if observer is not None:
-                observer(count, len(planned))
-    return failures
+    known = count = sum(task.key in results for task in planned)
+    try:
+        with contextlib.closing(running):
+            for outcome in running:
+                count += 1
+                if outcome.failure:
+                    failures[outcome.task.key] = outcome.failure
+                else:
+                    results[outcome.task.key] = outcome.result
+                if observer is not None:
+                    observer(count, len(planned))
+    except KeyboardInterrupt:
+        if count == known:
+            raise
+        return TaskReport(failures, interrupted=True)
+    return TaskReport(failures)
 
 
-def _run_here(work: Work, shared: Any, queue: TaskQueue) -> Iterator[TaskOutcome]:
+def _run_here(work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | None) -> Iterator[TaskOutcome]:
     """Do the tasks in this process; an interrupt that a task has lost is raised after it."""
+    if meanwhile is not None and len(queue):
+        with hold_interrupt() as interrupt:
+            meanwhile(interrupt.check)
+            interrupt.check()
     while (task := queue.next()) is not None:
         with record_interrupts() as interrupt:
             try:
@@ -133,7 +170,7 @@ def _run_here(work: Work, shared: Any, queue: TaskQueue) -> Iterator[TaskOutcome
 
 
 def _run_on(
-    executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord, meanwhile: Callable[[], object] | None
+    executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord, meanwhile: Meanwhile | None
 ) -> Iterator[TaskOutcome]:
     """Keep an executor busy until no task is left.
 
@@ -153,7 +190,7 @@ def _run_on(
         if not running:
             return
         if meanwhile is not None:
-            meanwhile()
+            meanwhile(interrupt.check)
             meanwhile = None
         lost = []
         for future in _wait_for_any(executor, running, interrupt):

@@ -17,7 +17,7 @@ import pytest
 from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
 from gaitopt.parallel.executors import ExternalExecutor
-from gaitopt.parallel.runner import run_tasks
+from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from tests.parallel import works
 
@@ -237,9 +237,32 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
         ended.append(kill)
 
     monkeypatch.setattr(ExternalExecutor, "shutdown", shutdown)
+    tasks, stored = [Task("square", 2), Task("cube", 3)], {}
     with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
-        results(math.pow, [Task("square", 2), Task("cube", 3)], 10, execution=Execution(executor=threads))
+        results(math.pow, tasks, 10, execution=Execution(executor=threads))
     assert ended == [False]
+    with ThreadPoolExecutor(1) as threads:
+        report = collect_tasks(
+            run_tasks(math.pow, tasks, 10, execution=Execution(executor=threads)), stored, tasks, None
+        )
+    assert report.interrupted
+    assert stored == {"square": 100, "cube": 1000}
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interrupt_before_the_first_outcome_is_raised(workers):
+    stored = {}
+
+    def meanwhile(check):
+        signal.raise_signal(signal.SIGINT)
+        check()
+        stored["meanwhile"] = "completed"
+
+    tasks = [Task("square", 2), Task("cube", 3)]
+    running = run_tasks(math.pow, tasks, 10, execution=Execution(workers=workers), meanwhile=meanwhile)
+    with pytest.raises(KeyboardInterrupt):
+        collect_tasks(running, stored, tasks, None)
+    assert stored == {}
 
 
 def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
@@ -249,7 +272,8 @@ def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
         assert begun.wait(10)
         return argument
 
-    def meanwhile():
+    def meanwhile(check):
+        check()
         calls.append("called")
         begun.set()
 

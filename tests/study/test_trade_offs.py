@@ -79,6 +79,18 @@ def test_speed_is_bounded_from_below_and_multipliers_are_measured():
     assert np.all(np.isfinite(table.spectral_radius.values))
 
 
+def test_an_interrupt_while_points_are_measured_leaves_the_front_incomplete(monkeypatch):
+    def interrupt(names, gait):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitopt.study.trade_offs.pareto.measure_point", interrupt)
+    trade = Pareto(objectives=("cost", "speed", "spectral_radius"), points=2, bounds={"speed": (0.64, 0.7)})
+    table = trade.trace(quick_problem(speed=0.6))
+    assert table.attrs["complete"] == 0
+    assert np.all(np.isfinite(table.cost.values))
+    assert np.all(np.isnan(table.spectral_radius.values))
+
+
 @pytest.mark.slow
 def test_the_spectral_radius_is_bounded_if_its_range_is_stated():
     problem = quick_problem(sequence="slip+ stick | slip+", transcription=Collocation(intervals=(8, 16)))

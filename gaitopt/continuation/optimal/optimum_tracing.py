@@ -8,7 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.continuation.optimal.branch_recorder import BranchRecorder
 from gaitopt.continuation.optimal.branch_start import list_samples, start_branch
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
@@ -25,7 +25,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import FromMotion
-from gaitopt.parameters import check_type, whole_number
+from gaitopt.parameters import check_type, optional, whole_number
 from gaitopt.simulation.engine import Engine
 
 OptimumObserver = Callable[[OptimalBranch], None]
@@ -35,7 +35,12 @@ UNITS = {"speed": "m/s", "step_length": "m"}
 """Units of the parameters that do not belong to the robot or the ground."""
 
 
-@check_arguments
+def _check_sequences(options: object, attribute: object, sequences: tuple[str | ContactSequence, ...]) -> None:
+    for sequence in sequences:
+        ContactSequence.parse(str(sequence))
+
+
+@check_record
 @attrs.frozen(kw_only=True)
 class OptimumOptions:
     """Options of :func:`trace_optimum`.
@@ -66,8 +71,8 @@ class OptimumOptions:
 
     points: int = attrs.field(default=50, validator=whole_number(2))
     replay: int = attrs.field(default=1, validator=whole_number(0))
-    starts: int | None = None
-    sequences: tuple[str | ContactSequence, ...] = ()
+    starts: int | None = attrs.field(default=None, validator=optional(whole_number()))
+    sequences: tuple[str | ContactSequence, ...] = attrs.field(default=(), validator=_check_sequences)
     neighbours: bool = False
     path: PathOptions = attrs.field(factory=PathOptions)
     engine: Engine | None = None

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from attrs import frozen
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_arguments, check_record
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
@@ -80,6 +80,11 @@ class PlanarGuess(ABC):
     """
 
     states_durations: bool = False
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        return {}
 
     @abstractmethod
     def durations(self, setting: PlanarSetting) -> Array:
@@ -198,7 +203,7 @@ class PlanarKeyframes(PlanarGuess):
         return "keyframes at " + ", ".join(f"{t:g}" for t in self.times) + " s"
 
 
-@check_arguments
+@check_record
 @dataclass(frozen=True, eq=False)
 class FromPlanarGait(PlanarGuess):
     """The motion of an earlier gait, whose sequence may differ.
@@ -214,6 +219,11 @@ class FromPlanarGait(PlanarGuess):
     """
 
     gait: PlanarGait
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start: those of the gait (SI units)."""
+        return self.gait.motion.parameters
 
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the durations of the gait's phases, or typical ones for another number of phases."""

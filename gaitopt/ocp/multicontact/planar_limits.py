@@ -2,16 +2,36 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from attrs import field, frozen
 
-from gaitopt.arguments import check_arguments
+from gaitopt.arguments import check_record
 from gaitopt.errors import InputError, suggest
-from gaitopt.ocp.statement.limits import Limits
-from gaitopt.parameters import Parameter, as_float, number_within, positive
+from gaitopt.ocp.statement.limits import LARGEST_CLEARANCE, Limits
+from gaitopt.parameters import as_float, number_within, positive, recall_parameter
 
 
-@check_arguments
+def _check_torque(limits: object, attribute: object, torque: Any) -> None:
+    named = torque.items() if isinstance(torque, Mapping) else [("every actuator", torque)]
+    for name, limit in named:
+        recall_parameter(f"PlanarLimits.torque of {name}", "N m", lower=0.0, infinite=True).check(limit)
+
+
+def _check_coordinates(limits: object, attribute: object, coordinate: Mapping[str, Any]) -> None:
+    for name, bounds in coordinate.items():
+        if not isinstance(bounds, tuple | list) or len(bounds) != 2 or not bounds[0] < bounds[1]:
+            raise InputError(
+                f"PlanarLimits.coordinate of {name} must be a pair (lower, upper) with lower < upper, got {bounds!r}."
+            )
+
+
+def _check_heights(limits: object, attribute: object, height: Mapping[str, Any]) -> None:
+    for name, value in height.items():
+        recall_parameter(f"PlanarLimits.height of {name}", "m").check(value)
+
+
+@check_record
 @frozen(kw_only=True)
 class PlanarLimits:
     """Bounds on the gait of a planar robot.
@@ -41,13 +61,15 @@ class PlanarLimits:
     [inf, 6.0]
     """
 
-    torque: float | Mapping[str, float] = math.inf
-    coordinate: Mapping[str, tuple[float, float]] = field(factory=dict)
+    torque: float | Mapping[str, float] = field(default=math.inf, validator=_check_torque)
+    coordinate: Mapping[str, tuple[float, float]] = field(factory=dict, validator=_check_coordinates)
     rate: float = field(default=math.inf, converter=as_float, validator=positive(infinite=True))
     shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))
-    height: Mapping[str, float] = field(factory=dict)
-    clearance: float = field(default=1e-3, converter=as_float, validator=number_within("m", lower=0.0))
+    height: Mapping[str, float] = field(factory=dict, validator=_check_heights)
+    clearance: float = field(
+        default=1e-3, converter=as_float, validator=number_within("m", lower=0.0, upper=LARGEST_CLEARANCE)
+    )
     impulse: float = field(default=0.0, converter=as_float, validator=number_within("N s", lower=0.0))
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
@@ -55,21 +77,16 @@ class PlanarLimits:
         return Limits(torque=self.torque).torques(actuators)
 
     def coordinates(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
-        """Return the bounds of each coordinate, in order; raise InputError for invalid bounds or an unknown name."""
-        for name, bounds in self.coordinate.items():
+        """Return the bounds of each coordinate, in order; raise InputError for an unknown name."""
+        for name in self.coordinate:
             if name not in names:
                 raise InputError(f"PlanarLimits.coordinate: there is no coordinate {name!r}. {suggest(name, names)}")
-            if not isinstance(bounds, tuple | list) or len(bounds) != 2 or not bounds[0] < bounds[1]:
-                raise InputError(
-                    f"PlanarLimits.coordinate of {name} must be a pair (lower, upper) with lower < upper, "
-                    f"got {bounds!r}."
-                )
         unbounded = (-math.inf, math.inf)
         return [(float(low), float(high)) for low, high in (self.coordinate.get(name, unbounded) for name in names)]
 
     def heights(self, points: tuple[str, ...]) -> dict[str, float]:
-        """Return the least heights by point; raise InputError for an unknown point or an invalid height."""
+        """Return the least heights by point; raise InputError for an unknown point."""
         for name in self.height:
             if name not in points:
                 raise InputError(f"PlanarLimits.height: there is no point {name!r}. {suggest(name, points)}")
-        return {name: Parameter(f"height of {name}", 0.0, "m", "").check(value) for name, value in self.height.items()}
+        return {name: float(value) for name, value in self.height.items()}

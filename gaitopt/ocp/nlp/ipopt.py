@@ -21,7 +21,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
-from gaitopt.parameters import instance_of, positive, whole_number
+from gaitopt.parameters import instance_of, number_within, positive, whole_number
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -75,7 +75,7 @@ class Ipopt:
     Attributes
     ----------
     tolerance : float
-        Convergence tolerance (scaled).
+        Convergence tolerance (scaled), at most 1.
     max_iterations : int
     time_limit : float [s]
         Limit of a whole solve: all starts, grids and searches for a feasible motion together.
@@ -96,13 +96,17 @@ class Ipopt:
     1e-08
     """
 
-    tolerance: float = field(default=1e-8, validator=positive())
+    tolerance: float = field(default=1e-8, validator=positive(upper=1.0))
     max_iterations: int = field(default=500, validator=whole_number(0, MOST_ITERATIONS))
     time_limit: float = field(default=math.inf, validator=positive("s", infinite=True))
     linear_solver: str = field(default="mumps", validator=_check_linear_solver)
     permute: bool = field(default=False, validator=instance_of(bool, example="True or False"))
-    _deadline: float = field(default=math.inf, eq=False, repr=False, alias="_deadline")
-    _patience: int = field(default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience")
+    _deadline: float = field(
+        default=math.inf, eq=False, repr=False, alias="_deadline", validator=number_within("s", infinite=True)
+    )
+    _patience: int = field(
+        default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience", validator=whole_number(0, MOST_ITERATIONS)
+    )
 
     def with_patience(self, iterations: int, *, max_iterations: int) -> "Ipopt":
         """Return the solver that ends after some iterations if it is far from feasible, otherwise later."""

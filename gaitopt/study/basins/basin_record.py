@@ -38,7 +38,7 @@ class BasinRecord:
         self._make, self._path, self._due = make, path, 0.0
         self._outcome, self._steps, self._final = known.outcome.copy(), known.steps.copy(), known.final.copy()
         self._numbers = {label: number for number, label in enumerate(known.labels)}
-        self.finished = int(np.sum(known.outcome != PENDING))
+        self.finished = self._known = int(np.sum(known.outcome != PENDING))
 
     def __contains__(self, key: object) -> bool:
         return False  # only pending starts become tasks
@@ -69,7 +69,8 @@ class BasinRecord:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if not isinstance(error, ArchiveError):  # the last write of the file has failed
+        unchanged = isinstance(error, KeyboardInterrupt) and self.finished == self._known
+        if not unchanged and not isinstance(error, ArchiveError):  # the last write of the file has failed
             self._save()
 
     def _save(self) -> None:

@@ -132,7 +132,7 @@ def _solve_sequences(
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
     planned = plan_search([sequence for sequence in tried if sequence not in impossible], starts)
     running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
-    lost = collect_tasks(running, kept, planned, execution.observer)
+    lost = collect_tasks(running, kept, planned, execution.observer).failures
     findings = [
         RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()
     ]

@@ -2,7 +2,7 @@
 
 import contextlib
 import importlib
-from collections.abc import Container
+from collections.abc import Callable, Container
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,17 +14,18 @@ from gaitopt.motion.hdf5 import read_hdf5
 if TYPE_CHECKING:
     import xarray as xr
 
-FOR_TABLES, FOR_FILES = ("xarray", "dask.array"), ("h5netcdf", "distributed")
+FOR_TABLES, FOR_FILES = ("pandas", "xarray", "dask", "dask.array"), ("h5netcdf", "distributed")
 """Packages that xarray imports for a table and for its file; the last one of each is optional."""
 
 
-def import_packages(path: Path | None) -> None:
-    """Import the packages that a table and its file, if there is one, need.
+def import_packages(path: Path | None, check: Callable[[], None]) -> None:
+    """Import the packages that a table and its file, if there is one, need; `check` is called before each of them.
 
     A study imports them while its workers run, so that an interrupt does not wait for the import.  A thread must not
     import them: packages with circular imports fail if two threads import them.
     """
     for name in FOR_TABLES if path is None else FOR_TABLES + FOR_FILES:
+        check()
         with contextlib.suppress(ImportError):  # reported when the table is made
             importlib.import_module(name)
 

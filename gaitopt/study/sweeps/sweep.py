@@ -170,17 +170,17 @@ def _solve_grid(
     solve = solve_planar_task if isinstance(grid.problem, PlanarProblem) else solve_task
     packages = functools.partial(import_packages, kept.path if isinstance(kept, GaitStore) else None)
     running = run_tasks(solve, planned, grid, known=kept, execution=execution, meanwhile=packages)
-    lost = collect_tasks(running, kept, planned, execution.observer)
+    report = collect_tasks(running, kept, planned, execution.observer)
     missing = {point: (IMPOSSIBLE, reason) for point, reason in grid.impossible.items()}
     for point in grid.points():
         name = f"point-{point.name}"
         if point not in missing and name not in kept:
-            missing[point] = (LOST, lost[name]) if name in lost else (PENDING, UNFINISHED)
+            missing[point] = (LOST, report.failures[name]) if name in report.failures else (PENDING, UNFINISHED)
     findings, known = SweepResults(grid, kept, missing, key), read_measures(stored)
     wanted = [measure for measure in measures if not known.issuperset(name_measures([measure]))]
     if not wanted or findings.pending:
         return findings
-    columns = measure_gaits(grid, findings.found, wanted, execution)
+    columns = None if report.interrupted else measure_gaits(grid, findings.found, wanted, execution)
     if columns is None:
         return replace(findings, interrupted=True)
     return replace(findings, columns=columns, measures=tuple(name_measures(wanted)))

@@ -1,5 +1,6 @@
 """Further columns of a sweep: stability, recovery and other metrics of its gaits, and the sequence of lowest cost."""
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +79,9 @@ def measure_gaits(
     tasks = [Task(name, gait) for name, (_, gait) in solved.items()]
     results: dict[str, dict[str, Any]] = {}
     running = run_tasks(_measure_gait, tasks, tuple(measures), execution=execution)
-    lost = collect_tasks(running, results, tasks, execution.observer)
+    lost: dict[str, str] = {}
+    with contextlib.suppress(KeyboardInterrupt):
+        lost = collect_tasks(running, results, tasks, execution.observer).failures
     if len(results) + len(lost) < len(tasks):
         return None
     values = {solved[name][0]: result for name, result in results.items()}

@@ -56,7 +56,7 @@ class Front:
     key : dict
         Key of the study.
     measured : dict of str to dict of str to float
-        Measured quantities by the key of the point.
+        Measured quantities by the key of the point; those of solved points are missing after an interrupt.
     """
 
     grid: FrontGrid
@@ -70,12 +70,24 @@ class Front:
         return self.gaits.get(f"{kind}-{point_name(index)}")
 
     def value(self, quantity: Quantity, index: Index) -> float:
-        """Return the value of a quantity at a point; nan without a solved gait."""
+        """Return the value of a quantity at a point; nan without a solved gait or if it is not measured yet."""
         gait = self.gait(index)
         if gait is None or not gait.status.ok:
             return math.nan
-        measured = self.measured.get(f"point-{point_name(index)}", {})
-        return measured[quantity.name] if quantity.name in measured else quantity.read(gait)
+        if quantity in (self.quantities[0], *self.grid.ends.quantities):
+            return quantity.read(gait)
+        return self.measured.get(f"point-{point_name(index)}", {}).get(quantity.name, math.nan)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the gaits of all points are computed and measured."""
+        bounded = {self.quantities[0].name, *(quantity.name for quantity in self.grid.ends.quantities)}
+        measures = any(quantity.name not in bounded for quantity in self.quantities)
+        for index in self.grid.points():
+            gait = self.gait(index)
+            if gait is None or (measures and gait.status.ok and f"point-{point_name(index)}" not in self.measured):
+                return False
+        return True
 
 
 def measure_point(names: tuple[str, ...], gait: Gait) -> dict[str, float]:
@@ -185,7 +197,7 @@ def tabulate_front(front: Front) -> "xr.Dataset":
     return xr.Dataset(
         table,
         {"point": ("point", np.arange(len(points)), {"units": "1"})},
-        _attributes(front, complete=None not in solved),
+        _attributes(front),
     )
 
 
@@ -204,7 +216,7 @@ def _unit(front: Front, quantity: Quantity) -> str:
     return quantity.unit or front.grid.ends.problem.objective.unit
 
 
-def _attributes(front: Front, *, complete: bool) -> dict[str, Any]:
+def _attributes(front: Front) -> dict[str, Any]:
     problem = front.grid.ends.problem
     return {
         "title": f"{problem.name}: trade-off",
@@ -212,7 +224,7 @@ def _attributes(front: Front, *, complete: bool) -> dict[str, Any]:
         "objectives": [quantity.name for quantity in front.quantities],
         "format": f"gaitopt {KIND}",
         "format_version": VERSION,
-        "complete": int(complete),
+        "complete": int(front.complete),
         "question": json.dumps(plain(front.key)),
         "versions": json.dumps(versions()),
     }

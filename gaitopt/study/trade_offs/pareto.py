@@ -1,9 +1,11 @@
 """Pareto: the front of optimal gaits between the cost and other quantities."""
 
+import contextlib
 import functools
 import json
 import shutil
 from collections.abc import Iterable, Mapping, MutableMapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,7 @@ from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import check_type, whole_number
 from gaitopt.study.storage.gait_store import GaitStore, check_same_study
+from gaitopt.study.storage.netcdf_file import import_packages
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid, solve_front_task, space_bounds
@@ -185,17 +188,22 @@ class Pareto:
         ends = FrontEnds(problem, self.bounded, self.starts, tightest)
         planned = ends.tasks()
         quiet = Execution(workers=execution.workers, executor=execution.executor, prepare=execution.prepare)
-        running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet)
-        failures = collect_tasks(running, kept, planned, None)
-        if failures:
-            raise GaitoptError(f"An end of the front was not computed: {next(iter(failures.values()))}.")
-        if any(task.key not in kept for task in planned):
+        packages = functools.partial(import_packages, kept.path if isinstance(kept, GaitStore) else None)
+        running = run_tasks(solve_front_task, planned, ends, known=kept, execution=quiet, meanwhile=packages)
+        report = collect_tasks(running, kept, planned, None)
+        if report.failures:
+            raise GaitoptError(f"An end of the front was not computed: {next(iter(report.failures.values()))}.")
+        if report.interrupted:
             raise KeyboardInterrupt
         grid = FrontGrid(ends, tuple(self._bounds_of(quantity, kept) for quantity in self.bounded))
         planned = grid.tasks()
         running = run_tasks(solve_front_task, planned, grid, known=kept, execution=execution)
-        collect_tasks(running, kept, planned, execution.observer)
-        return Front(grid, self.quantities, kept, key, self._measure(grid, kept, quiet))
+        front = Front(grid, self.quantities, kept, key, {})
+        try:
+            report = collect_tasks(running, kept, planned, execution.observer)
+        except KeyboardInterrupt:
+            return front  # with its ends
+        return front if report.interrupted else replace(front, measured=self._measure(grid, kept, quiet))
 
     def _bounds_of(self, quantity: Quantity, kept: Mapping[str, Gait]) -> Any:
         """Return the bounds of a quantity from the loosest to the tightest."""
@@ -217,7 +225,10 @@ class Pareto:
         keys = [task.key for task in grid.tasks() if task.argument.kind == "point"]
         tasks = [Task(key, kept[key]) for key in keys if measured and key in kept and kept[key].status.ok]
         values: dict[str, dict[str, float]] = {}
-        failures = collect_tasks(run_tasks(measure_point, tasks, measured, execution=execution), values, tasks, None)
+        failures: dict[str, str] = {}
+        with contextlib.suppress(KeyboardInterrupt):  # the gaits are computed
+            running = run_tasks(measure_point, tasks, measured, execution=execution)
+            failures = collect_tasks(running, values, tasks, None).failures
         if failures:
             raise GaitoptError(f"A quantity of the front was not measured: {next(iter(failures.values()))}.")
         return values
