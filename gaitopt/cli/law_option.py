@@ -88,7 +88,7 @@ def law_title(name: str, stance_angle: bool) -> str:
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     from gaitopt.tuning.controller_family import law_name
 
-    title = "open loop" if name == OPEN_LOOP else name if _of_script(name) else law_name(name)
+    title = "open loop" if name == OPEN_LOOP else name if script_function(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
 
 
@@ -97,7 +97,7 @@ def _is_file(name: str) -> bool:
     return Path(name).suffix == ".json"
 
 
-def _of_script(name: str) -> tuple[Path, str] | None:
+def script_function(name: str) -> tuple[Path, str] | None:
     """Return script and function of a law SCRIPT.py:FUNCTION; None for any other."""
     script, colon, function = name.rpartition(":")
     return (Path(script), function) if colon and script.endswith(".py") else None
@@ -118,7 +118,7 @@ def design_for(
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
-    if source := _of_script(name):
+    if source := script_function(name):
         design = custom_design(*source, robot, gait.motion, limit)
     else:
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)

@@ -22,7 +22,6 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 
 if TYPE_CHECKING:
-    from gaitopt.design.family import Family
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -197,9 +196,18 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
-    if isinstance(problem, Family):
-        raise InputError(f"{script.path} has a family of gaits; use 'gaitopt design {script.path}'.")
-    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    hint = f" Use 'gaitopt design {script.path}'." if _is_design(problem) else ""
+    raise InputError(
+        f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.{hint}"
+    )
+
+
+def _is_design(problem: object) -> bool:
+    """Return whether a problem is one of ``gaitopt design`` alone."""
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+
+    return isinstance(problem, Family | RobustProblem)
 
 
 def walk_problem(script: Script) -> "WalkProblem":
