@@ -13,7 +13,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, section_unit
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
-from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.atomic import reserve, write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
@@ -112,11 +112,12 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     ...     load_diagram(save_diagram(diagram, f"{folder}/copy.nc")).ratios == diagram.ratios
     True
     """
-    path = Path(path)
+    path, table = Path(path), diagram_dataset(diagram)
     with write_atomically(path) as temporary:
+        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
-        diagram_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
         append_checksum(temporary)
     return path
 

@@ -15,7 +15,7 @@ from gaitopt.continuation.optimal.optimal_branch import (
     OptimalDiagram,
     OptimalSpecialPoint,
 )
-from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.atomic import reserve, write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.versions import versions
@@ -129,11 +129,12 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     ...     load_optima(save_optima(diagram, f"{folder}/optima.nc")).parameter
     'friction'
     """
-    path = Path(path)
+    path, table = Path(path), optimal_dataset(diagram)
     with write_atomically(path) as temporary:
+        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
-        optimal_dataset(diagram).to_netcdf(temporary, mode="a", engine="h5netcdf")
+        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
         append_checksum(temporary)
     return path
 
