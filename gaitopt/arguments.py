@@ -1,4 +1,4 @@
-"""Arguments of public functions and classes: a wrong type is reported in a sentence that names the argument.
+"""Arguments of public functions and classes: a wrong type or name is reported in a sentence that names the argument.
 
 The functions check values and combinations themselves.  If one ends in another error, its arguments are compared with
 annotations: one that does not fit them is the cause.  A call that succeeds is not delayed.  The arguments of some
@@ -20,7 +20,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import GaitoptError, InputError, suggest
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -38,11 +38,11 @@ _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True o
 
 
 class ArgumentError(InputError):
-    """A wrong type of an argument, of a function that the user has called or of one that this function calls."""
+    """A wrong type or name of an argument, of a function of the user's call or of one that this function calls."""
 
 
 def check_arguments(target: F) -> F:
-    """Decorate a function or class: an error that a wrong type causes becomes an InputError that names the argument.
+    """Decorate a function or class: an error of a wrong type or keyword becomes an InputError that names the argument.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _find_wrong_argument(
     *,
     numbers: bool = False,
 ) -> str | None:
-    """Return a sentence on the first argument that does not fit its annotation; None if all do.
+    """Return a sentence on an unknown argument, or the first that does not fit its annotation; None if all do.
 
     With `numbers`, numbers fit where an expression is expected.
     """
@@ -158,7 +158,7 @@ def _find_wrong_argument(
     try:
         bound = signature.bind(*arguments, **options)
     except TypeError:
-        return None  # a missing or an unknown argument, which Python names
+        return _find_unknown_argument(signature, name, options)  # a missing one is named by Python
     for argument, value in bound.arguments.items():
         parameter = signature.parameters[argument]
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -167,6 +167,16 @@ def _find_wrong_argument(
         if value is not parameter.default and not _fits(value, kind, numbers):
             return f"{name}: {argument} must be {_describe(kind)}, got {_shorten(value)}."
     return None
+
+
+def _find_unknown_argument(signature: inspect.Signature, name: str, options: dict[str, Any]) -> str | None:
+    """Return a sentence on the first keyword that is not an argument, with the most similar one; None without any."""
+    parameters = list(signature.parameters.values())
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+        return None
+    known = [one.name for one in parameters if one.name != "self" and one.kind is not one.POSITIONAL_ONLY]
+    unknown = next((option for option in options if option not in known), None)
+    return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, known)}"
 
 
 @functools.lru_cache(maxsize=1024)

@@ -1,15 +1,18 @@
 """Errors caused by wrong types name the argument; others stay as they are."""
 
+import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
+import attrs
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gaitopt import InputError
+import gaitopt
+from gaitopt import InputError, Limits
 from gaitopt.arguments import check_arguments
 
 
@@ -104,3 +107,24 @@ def test_an_object_without_text_is_described_by_its_type():
 
     with pytest.raises(InputError, match="width must be a number, got a Silent"):
         double(Silent())
+
+
+@pytest.mark.parametrize(
+    "wing", ["model", "ocp", "control", "simulation", "stability", "tuning", "continuation", "design", "study", "plot"]
+)
+def test_an_unknown_keyword_of_a_public_option_is_reported_in_a_sentence(wing):
+    module = importlib.import_module(f"gaitopt.{wing}")
+    public = [getattr(module, name) for name in dir(module) if name[0].isupper()]
+    options = [each for each in public if attrs.has(each) or each.__name__.endswith("Problem")]
+    for option in options:
+        with pytest.raises(InputError, match=f"{option.__name__} has no argument 'no_such_option'. "):
+            option(no_such_option=1)
+
+
+def test_an_unknown_keyword_has_the_most_similar_one():
+    with pytest.raises(InputError, match=r"Limits has no argument 'torqe'. Did you mean 'torque'\?"):
+        Limits(torqe=6)
+    with pytest.raises(InputError, match="Limits has no argument 'torqe'"):
+        attrs.evolve(Limits(), torqe=6)
+    with pytest.raises(InputError, match=r"load has no argument 'file'. Known: path\."):
+        gaitopt.load("gait.h5", file=1)

@@ -1,11 +1,13 @@
 """Commands whose help is printed literally, and whose output replaces no input of theirs.
 
-Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it.
+Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it, nor break a paragraph where its
+source does.
 """
 
 import copy
 import os
 from collections.abc import Iterator, Mapping
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
@@ -87,5 +89,10 @@ def _escape_help(command: Any) -> Any:
     for each in (escaped, *escaped.params):
         for name in ("help", "short_help", "epilog"):
             if text := getattr(each, name, None):
-                setattr(each, name, escape(text))
+                setattr(each, name, escape(_join_lines(text)))
     return escaped
+
+
+def _join_lines(text: str) -> str:
+    """Return a help text whose paragraphs are one line each, which the terminal wraps to its width."""
+    return "\n\n".join(paragraph.replace("\n", " ") for paragraph in cleandoc(text).split("\n\n"))

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from gaitopt.design.family_gaits import FamilyGaits
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.progress import HomotopyIteration, Iteration
 
@@ -37,8 +39,8 @@ def design(
 ) -> None:
     """Optimise parameters of a walker together with its gaits, replay the gaits, and save them.
 
-    The script returns a Family, or a GaitProblem with free parameters.  Exit status 0 if all gaits are solved and
-    verified, 1 otherwise.
+    The script returns a Family, or a GaitProblem or a PlanarProblem with free parameters.  Exit status 0 if all
+    gaits are solved and verified, 1 otherwise.
 
     Example: gaitopt design walker.py --set friction=0.2 -o walker
     """
@@ -73,15 +75,19 @@ def design(
 def _count_gaits(stated: object, script: Path) -> int:
     """Return the number of gaits that a script states; InputError unless it has free parameters."""
     from gaitopt.design.family import Family
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
     if isinstance(stated, Family):
         return len(stated.problems)
-    if isinstance(stated, GaitProblem) and stated.free_ranges:
-        return 1
-    kind = "a GaitProblem without free parameters" if isinstance(stated, GaitProblem) else f"a {type(stated).__name__}"
+    kind = f"a {type(stated).__name__}"
+    if isinstance(stated, GaitProblem | PlanarProblem):
+        if stated.free_ranges:
+            return 1
+        kind += " without free parameters"
     raise InputError(
-        f"problem() of {script} must return a Family, or a GaitProblem with free={{...}}; it returned {kind}."
+        f"problem() of {script} must return a Family, or a GaitProblem or a PlanarProblem with free={{...}}; "
+        f"it returned {kind}."
     )
 
 
@@ -104,12 +110,12 @@ def _solve(stated: Any, display: Display, *, verbose: bool) -> "FamilyGaits":
     return replace(result, gaits=gaits)
 
 
-def _solve_one(problem: "GaitProblem", observe: Any) -> "FamilyGaits":
+def _solve_one(problem: "GaitProblem | PlanarProblem", observe: Any) -> "FamilyGaits":
     """Return the gait of one problem with free parameters."""
     from gaitopt.design.family_gaits import FamilyGaits
     from gaitopt.ocp.solver import solve
 
-    gait = solve(problem, observer=observe)
+    gait: Any = solve(problem, observer=observe)
     return FamilyGaits(
         gaits=(gait,),
         design=gait.design,
@@ -128,7 +134,7 @@ def _free_ranges(stated: Any) -> dict[str, tuple[float, float]]:
     return {name: (float(lower), float(upper)) for name, (lower, upper) in problem.free_ranges.items()}
 
 
-def _describe_parameter(robot: "Robot", name: str, value: float, ends: tuple[float, float]) -> str:
+def _describe_parameter(robot: "Robot | PlanarRobot", name: str, value: float, ends: tuple[float, float]) -> str:
     """Return a designed parameter with its unit, and whether it is at a bound.
 
     Examples

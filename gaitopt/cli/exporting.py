@@ -1,13 +1,12 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_for
 from gaitopt.cli.options import (
-    Figure,
     GainValues,
     GaitFile,
     GaitFiles,
@@ -25,13 +24,24 @@ from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.errors import InputError
 
+if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import AnyGait
+
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
 """Content of the files that export writes, by their suffix."""
+
+PAGE = ".html"
+"""Suffix of the page of a diagram."""
 
 
 def plot(
     file: ResultFile,
-    output: Figure = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="PNG/PDF/SVG/HTML", help="File of the figure, or of the page of a diagram."
+        ),
+    ] = None,
     quantity: Annotated[
         str | None,
         typer.Option(
@@ -43,13 +53,20 @@ def plot(
     width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
     font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
     title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
+    problem: Annotated[
+        Path | None,
+        typer.Option(
+            "--problem", metavar="PROBLEM.py|FILE", help="Script or gait from which the diagram of a page was traced."
+        ),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Draw a result of any kind: gait, search, sweep, front, basin, branches, tuned gains or push test.
 
-    The figure is written to FILE.png unless --output names another file.
+    The figure is written to FILE.png unless --output names another file.  For a diagram of periodic gaits, a file that
+    ends in .html is a page on which a click on a point plays its gait.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
@@ -61,6 +78,15 @@ def plot(
 
     path = output or Path(f"{file.resolve().stem}.png")
     check_writable(path)
+    if path.suffix.lower() == PAGE:
+        from gaitopt.cli.diagram_page import write_page_of_file
+
+        with show_progress("writing the page", hidden=json):
+            written = write_page_of_file(file, path, problem, coordinate=quantity)
+        report_file(written, json=json)
+        return
+    if problem is not None:
+        raise InputError(f"--problem is accepted for the page of a diagram (.html) only, got -o {path}.")
     style = FigureStyle(width=width, font_size=font_size, titled=title)
     report_file(save_figure(plot_result(load_result(file), quantity=quantity, style=style), path), json=json)
 
@@ -156,6 +182,19 @@ def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
         raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
 
 
+def _law_of(
+    gait: "AnyGait", name: str, gains: list[str] | None, torque_limit: float | None, *, stance_angle: bool
+) -> Any:
+    """Return the law of a gait that the options of the command state."""
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if isinstance(gait, PlanarGait):
+        from gaitopt.cli.planar_law_option import PlanarLawOption
+
+        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
+    return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
+
+
 def export(
     file: GaitFile,
     output: Annotated[
@@ -191,7 +230,7 @@ def export(
     if file.suffix == ".nc":
         report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
         return
-    from gaitopt.cli.script import load_any_gait, require_walking
+    from gaitopt.cli.script import load_any_gait
     from gaitopt.export.c_code import write_c
     from gaitopt.export.csv_file import write_csv
     from gaitopt.export.python_controller import write_python
@@ -205,9 +244,7 @@ def export(
     if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
         report_file(write_torques(gait.motion, output), json=json)
         return
-    gait = require_walking(gait, file)
-    robot = gait.robot
-    chosen = law_for(gait, robot, law, gain, torque_limit, stance_angle)
+    robot, chosen = gait.robot, _law_of(gait, law, gain, torque_limit, stance_angle=stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     elif suffix == ".py":

@@ -174,13 +174,13 @@ def _basins(
     gait: "Gait", laws: "dict[str, Law]", ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
-    from gaitopt.stability.gait_recovery import recovery_of
+    from gaitopt.stability.gait_recovery import measure_gait_recovery
 
     basins = {}
     with show_progress("pushes", hidden=hidden) as display:
         for name, law in laws.items():
             display.describe(f"pushes up to {ball:g} rad/s, {name}")
-            basins[name] = recovery_of(gait, law, ball, test)
+            basins[name] = measure_gait_recovery(gait, law, ball, test)
     return basins
 
 

@@ -1,5 +1,6 @@
 """Simulated walks of robots with several contacts: start at a periodic gait, and output."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ from rich.table import Table
 from gaitopt.cli.output import out, print_json, report_file
 from gaitopt.cli.planar_walks import ENGINE
 from gaitopt.errors import InputError, suggest
+from gaitopt.motion.planar_motion import PlanarMotion
 
 if TYPE_CHECKING:
     from gaitopt.model.terrain import Terrain
@@ -80,15 +82,20 @@ def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: st
     return name in problem.rates or f"{name}_rate" in changes
 
 
-def report_planar_walk(walk: "PlanarRollout", written: Path | None, *, steps: int, json: bool) -> None:
-    """Print the events of a walk as JSON or as a table."""
+def report_planar_walk(
+    walk: "PlanarRollout", section: tuple[str, ...], written: Path | None, *, steps: int, json: bool
+) -> None:
+    """Print the events of a walk as JSON or as a table; `section` as in :func:`split_steps`."""
     from gaitopt.motion.planar_gait_summary import event_facts
     from gaitopt.motion.summary import ledger_facts
+    from gaitopt.status import Stop
 
     if json:
-        facts = {"engine": ENGINE, "stop": walk.stop.key, "hint": walk.stop.hint, "steps": steps}
+        parts, complete = split_steps(walk.motion, section)
+        done = steps if walk.stop in (Stop.DURATION_DONE, Stop.STEPS_DONE) else complete
+        facts = {"engine": ENGINE, "stop": walk.stop.key, "hint": walk.stop.hint, "steps": done}
         facts |= {
-            "sequences": [walk.motion.sequence],
+            "sequences": [part.sequence for part in parts],
             "events": [event_facts(walk.motion, event) for event in walk.motion.events],
         }
         facts |= {"energy": ledger_facts(walk.motion.ledger()), "file": None if written is None else str(written)}
@@ -97,6 +104,25 @@ def report_planar_walk(walk: "PlanarRollout", written: Path | None, *, steps: in
     print_planar_walk(walk)
     if written is not None:
         report_file(written)
+
+
+def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[PlanarMotion], int]:
+    """Return the motion of each step of a walk, and how many are complete: the last one may not be.
+
+    Parameters
+    ----------
+    motion : PlanarMotion
+    section : tuple of str
+        Events that end the steps in turn, as returned by :func:`section_events` of the simulation.
+    """
+    parts, begin, complete = list[PlanarMotion](), 0, 0
+    for k, event in enumerate(motion.events):
+        if section[complete % len(section)] in event.names:
+            parts.append(replace(motion, segments=motion.segments[begin : k + 1], events=motion.events[begin : k + 1]))
+            begin, complete = k + 1, complete + 1
+    if begin < len(motion.segments):
+        parts.append(replace(motion, segments=motion.segments[begin:], events=motion.events[begin:]))
+    return parts, complete
 
 
 def print_planar_walk(walk: "PlanarRollout") -> None:

@@ -32,16 +32,14 @@ def find_planar_gaits(
     InputError
         If an option does not apply to the source, or no gait is found.
     """
-    from gaitopt.motion.planar_gait import PlanarGait
-    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-    from gaitopt.ocp.multicontact.planar_solver import solve_planar
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar
     from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
-    if isinstance(stated, PlanarProblem | PlanarGait):
+    if optimises_planar(stated):
         _check_options(steps, request.engine)
-        gait = (stated if isinstance(stated, PlanarGait) else solve_planar(stated)).require()
+        gait = find_planar_gait(stated)
         return (assess_planar(gait, law.make(gait)),)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         return search_planar(request.problem, starts, steps=steps, engine=request.engine)
@@ -86,6 +84,8 @@ def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> No
 
 def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     """Print periodic gaits of a robot with several contacts as a table."""
+    from gaitopt.stability.critical_friction import describe_critical_friction
+
     if not cycles:
         out.print("no periodic gait found; try more --starts or another slope or friction")
         return
@@ -103,13 +103,12 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
-        critical = cycle.critical_friction
         table.add_row(
             cycle.sequence,
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(format_multiplier(value) for value in cycle.multipliers),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
-            "-" if critical is None else f"{critical.friction:.6g}",
+            describe_critical_friction(cycle.critical_friction),
         )
     out.print(table)

@@ -265,8 +265,9 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
 
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} optimises a robot with several contacts; 'gaitopt solve' finds its gait, and 'gaitopt "
-            f"stability {script.path}' assesses it, with --law lqr under feedback."
+            f"{script.path} optimises a robot with several contacts; 'gaitopt solve' finds its gait, 'gaitopt "
+            f"stability {script.path}' assesses it, with --law lqr under feedback, and 'gaitopt simulate "
+            f"{script.path}' simulates some steps."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
@@ -295,7 +296,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'plot', "
-            "'animate', 'report' and 'export' to CSV or JSON accept it."
+            "'animate', 'report' and 'export' accept it."
         )
     return gait
 

@@ -134,12 +134,10 @@ def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait
     try:
         display.describe("replaying in the event-driven simulator")
         gait = verify_gait(gait)
-        if isinstance(gait, PlanarGait):
-            return gait, False
         display.describe("checking the second-order conditions of the optimum")
         _ = gait.certificate
     except KeyboardInterrupt:
-        return gait if isinstance(gait, PlanarGait) else gait.without_certificate(), True
+        return gait.without_certificate(), True
     return gait, False
 
 

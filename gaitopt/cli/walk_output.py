@@ -12,6 +12,7 @@ from gaitopt.motion.energy import ledger
 from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
+from gaitopt.stability.critical_friction import describe_critical_friction
 from gaitopt.stability.cycle import Cycle
 from gaitopt.study.basins.basin_file import basin_key, ending_labels, ending_shares
 
@@ -41,14 +42,13 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
     for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
-        critical = cycle.critical_friction
         table.add_row(
             cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s per step" if cycle.drift else ""),
             "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
-            "slips" if critical is None else f"{critical.friction:.6g}",
+            describe_critical_friction(cycle.critical_friction),
         )
     out.print(table)
 

@@ -1,7 +1,7 @@
 """Commands on walks: stability, simulate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import numpy as np
 import typer
@@ -32,6 +32,8 @@ from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
 
@@ -107,7 +109,8 @@ def simulate(
 ) -> None:
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
-    A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law.
+    A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law; so is the gait
+    of a script that optimises a robot with several contacts.
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
@@ -118,21 +121,20 @@ def simulate(
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_walk_output import simulate_planar_walk
+    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.motion.atomic import check_writable
-    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     if output is not None:
         check_writable(output)
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
-    if request.is_script and isinstance(request.problem, PlanarWalkProblem):
-        options: dict[str, Any] = {"steps": steps, "engine": engine, "terrain": read_terrain(rise, patch)}
-        with show_progress("simulating", hidden=json):
-            planar = simulate_planar_walk(request.problem, read_numbers(state, "--state"), **options)
-        _end_planar_walk(planar, request.problem.name, output, steps=steps, json=json)
+    with show_progress("simulating", hidden=json):
+        option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
+        planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch))
+    if planar is not None:
+        _end_planar_walk(*planar, source.stem, output, steps=steps, json=json)
     if rise or patch:
-        raise InputError("--rise and --patch apply to scripts of passive robots with several contacts only.")
+        raise InputError("--rise and --patch apply to robots with several contacts only.")
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps)
     _end_walk(walk, source.stem, output, json=json)
@@ -153,15 +155,42 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 
-def _end_planar_walk(walk: "PlanarRollout", name: str, output: Path | None, *, steps: int, json: bool) -> NoReturn:
+def _end_planar_walk(
+    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, steps: int, json: bool
+) -> NoReturn:
     """Write and print a walk of a robot with several contacts, and end the command."""
     from gaitopt.cli.planar_walk_output import report_planar_walk
     from gaitopt.cli.walk_file import write_walk
     from gaitopt.status import Stop
 
     written = None if output is None else write_walk(walk.motion, output, name)
-    report_planar_walk(walk, written, steps=steps, json=json)
-    raise typer.Exit(0 if walk.stop is Stop.DURATION_DONE else 1)
+    report_planar_walk(walk, section, written, steps=steps, json=json)
+    raise typer.Exit(0 if walk.stop in (Stop.DURATION_DONE, Stop.STEPS_DONE) else 1)
+
+
+def _planar_walk(
+    request: "Request", law: "PlanarLawOption", state: list[str] | None, steps: int, terrain: "Terrain | None"
+) -> "tuple[PlanarRollout, tuple[str, ...]] | None":
+    """Return the walk of a robot with several contacts and the events that end its steps; None for any other robot."""
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar, simulate_planar_gait
+    from gaitopt.cli.planar_walk_output import simulate_planar_walk
+    from gaitopt.cli.planar_walks import check_planar_engine
+    from gaitopt.simulation.planar_simulation.planar_simulator import section_events
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+    stated = request.stated if request.is_script else request.gait
+    changes = read_numbers(state, "--state")
+    if optimises_planar(stated):
+        check_planar_engine(request.engine)
+        gait = find_planar_gait(stated)
+        torque = law.make(gait)
+        walk = simulate_planar_gait(gait, torque, changes, steps=steps, terrain=terrain)
+        return walk, section_events(gait.robot, torque.section)
+    if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
+        problem = request.problem
+        walk = simulate_planar_walk(problem, changes, steps=steps, engine=request.engine, terrain=terrain)
+        return walk, section_events(problem.robot, problem.section)
+    return None
 
 
 def _walk(request: "Request", state: list[str] | None, steps: int) -> "Rollout":

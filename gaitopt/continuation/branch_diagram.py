@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,9 @@ from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
+
+NEUTRAL = 1e-6
+"""Largest distance of the spectral radius of a located bifurcation from 1."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -87,6 +91,48 @@ class GaitBranch:
         """Return the special points of a kind, such as ``"fold"``."""
         key = kind if isinstance(kind, str) else kind.key
         return tuple(point for point in self.special if point.kind.key == key)
+
+    def orbit_of(self, point: SpecialPoint) -> Array:
+        """Return the state at a special point at the start of each step of its period, shape (steps, n).
+
+        The first state is stored with the point; the others are interpolated between the neighbouring gaits.
+        """
+        if self.steps == 1 or self.values.size < 2:
+            return np.concatenate([point.z[None], self.orbits[:1, 1:].reshape(-1, point.z.size)])
+        rows = np.column_stack([self.values, self.states])
+        scale = np.maximum(np.ptp(rows, axis=0), np.finfo(float).tiny)
+        distances = np.linalg.norm((rows - np.append(point.value, point.z)) / scale, axis=1)
+        lengths = np.linalg.norm(np.diff(rows / scale, axis=0), axis=1)
+        k = int(np.argmin(distances[:-1] + distances[1:] - lengths))
+        share = distances[k] / max(distances[k] + distances[k + 1], np.finfo(float).tiny)
+        following = (1 - share) * self.orbits[k, 1:] + share * self.orbits[k + 1, 1:]
+        return np.vstack([point.z, following])
+
+
+def split_branch(branch: GaitBranch, *, joined: bool = True) -> Iterator[tuple[slice, str, bool]]:
+    """Yield the pieces of a branch of equal contact sequence and stability: their points, sequence and stability.
+
+    A bifurcation at which the stability changes is the end of one piece and the start of the next one.  A line between
+    a stable and an unstable gait is that of the unstable one.
+
+    Parameters
+    ----------
+    branch : GaitBranch
+    joined : bool
+        Whether pieces of different sequences have a common point, for a quantity that is continuous between them.
+    """
+    names = [distinct_steps(name) for name in branch.sequences]
+    stable = branch.stable | (np.abs(branch.radii - 1) <= NEUTRAL)
+    kinds = [
+        (names[k], bool(stable[k] and stable[k + 1])) if joined or names[k] == names[k + 1] else None
+        for k in range(len(names) - 1)
+    ]
+    begin = 0
+    for kind, group in itertools.groupby(kinds):
+        end = begin + len(list(group))
+        if kind is not None:
+            yield slice(begin, end + 1), *kind
+        begin = end
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

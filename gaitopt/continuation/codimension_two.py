@@ -18,7 +18,7 @@ from gaitopt.motion.motion import Array
 
 SAMPLES = 3
 """Number of samples of each curve."""
-DEPTHS = (0.2, 0.03, 0.004)
+DEPTHS = (0.05, 0.004)
 """Distances of the parallels from the tangent, relative to the distance between samples of the curve, in order."""
 REDUCTION = 0.2
 """Ratio of the distances between samples at successive locations."""

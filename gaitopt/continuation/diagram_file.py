@@ -5,18 +5,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, section_unit
+from gaitopt.continuation.diagram_table import (
+    complex_columns,
+    join_rows,
+    make_attributes,
+    pad_columns,
+    write_diagram,
+)
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
-from gaitopt.motion.atomic import reserve, write_atomically
-from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
-from gaitopt.motion.versions import versions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,14 +57,14 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     most = max((branch.multipliers.shape[1] for branch in branches), default=0)
     unit = {"units": diagram.unit}
     points = {
-        "value": ("point", _join([branch.values for branch in branches]), unit | {"long_name": diagram.parameter}),
+        "value": ("point", join_rows([branch.values for branch in branches]), unit | {"long_name": diagram.parameter}),
         "branch": ("point", np.repeat(np.arange(len(branches)), [branch.values.size for branch in branches])),
         "state": (("point", "step", "coordinate"), _stack_orbits(branches, names)),
         "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
     }
-    multipliers = _join([_pad_columns(branch.multipliers, most) for branch in branches], most)
-    points |= _complex("multiplier", ("point", "multiplier"), multipliers)
-    points["stable"] = ("point", _join([branch.stable for branch in branches]).astype(np.int8))
+    multipliers = join_rows([pad_columns(branch.multipliers, most) for branch in branches], most)
+    points |= complex_columns("multiplier", ("point", "multiplier"), multipliers)
+    points["stable"] = ("point", join_rows([branch.stable for branch in branches]).astype(np.int8))
 
     def place(number: int, values: NDArray[Any]) -> NDArray[Any]:
         return _place(values, branches[number].names, names)
@@ -79,7 +82,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     }
     for side in ("before", "after"):
         values = _stack([getattr(point, f"multipliers_{side}") for _, point in special], most)
-        places |= _complex(f"special_multiplier_{side}", ("special", "multiplier"), values)
+        places |= complex_columns(f"special_multiplier_{side}", ("special", "multiplier"), values)
     directions = [
         np.array([]) if point.direction is None else place(number, point.direction) for number, point in special
     ]
@@ -112,14 +115,7 @@ def save_diagram(diagram: BranchDiagram, path: str | Path) -> Path:
     ...     load_diagram(save_diagram(diagram, f"{folder}/copy.nc")).ratios == diagram.ratios
     True
     """
-    path, table = Path(path), diagram_dataset(diagram)
-    with write_atomically(path) as temporary:
-        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
-        with h5py.File(temporary, "w"):
-            pass  # in the order of names; h5netcdf would keep that of creation
-        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
-        append_checksum(temporary)
-    return path
+    return write_diagram(diagram_dataset(diagram), path)
 
 
 @check_arguments
@@ -154,13 +150,7 @@ def _attributes(diagram: BranchDiagram) -> dict[str, Any]:
         {name: getattr(branch, name) for name in ("kind", "steps", "names", "units", "begin", "end", "parent")}
         for branch in diagram.branches
     ]
-    return {
-        "title": f"{diagram.robot}: gaits over {diagram.parameter}",
-        "format": f"gaitopt {KIND}",
-        "format_version": VERSION,
-        "diagram": json.dumps(facts),
-        "versions": json.dumps(versions()),
-    }
+    return make_attributes(KIND, VERSION, f"{diagram.robot}: gaits over {diagram.parameter}", facts)
 
 
 def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> GaitBranch:
@@ -199,11 +189,6 @@ def _read_special(row: "xr.Dataset", columns: list[int]) -> SpecialPoint:
     )
 
 
-def _join(parts: Sequence[NDArray[Any]], columns: int | None = None) -> NDArray[Any]:
-    empty = np.zeros(0 if columns is None else (0, columns))
-    return np.concatenate([empty, *parts])
-
-
 def _stack_orbits(branches: Sequence[GaitBranch], names: tuple[str, ...]) -> NDArray[Any]:
     """Return the states of all steps of all gaits, with nan beyond the period of a gait."""
     most = max((branch.steps for branch in branches), default=1)
@@ -227,21 +212,12 @@ def _place(values: NDArray[Any], names: tuple[str, ...], among: tuple[str, ...])
     return placed
 
 
-def _pad_columns(multipliers: NDArray[np.complex128], columns: int) -> NDArray[np.complex128]:
-    """Return multipliers with nan up to a number of columns."""
-    return np.pad(multipliers, ((0, 0), (0, columns - multipliers.shape[1])), constant_values=np.nan)
-
-
 def _stack(rows: Sequence[NDArray[Any]], columns: int) -> NDArray[np.complex128]:
     """Return rows of at most this many entries as one array, with nan in place of missing entries."""
     table = np.full((len(rows), columns), np.nan, dtype=complex)
     for target, row in zip(table, rows, strict=True):
         target[: row.size] = row
     return table if any(np.iscomplexobj(row) for row in rows) else table.real
-
-
-def _complex(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
-    return {f"{name}_real": (dims, np.real(values)), f"{name}_imag": (dims, np.imag(values))}
 
 
 def _text(values: Sequence[str]) -> NDArray[Any]:

@@ -88,7 +88,21 @@ def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObse
         smooth = all(problem.objective.smooth for problem in problems)
         if not joint.status.ok or smooth or (number and change <= SAME_OBJECTIVE * abs(joint.objective)):
             break
+    if not best.status.ok and iterations:
+        best = replace(best, message=best.message + _advise_bounds(family))
     return replace(best, iterations=iterations)
+
+
+def _advise_bounds(family: Family) -> str:
+    """Return the advice to state bounds instead of values that nearly contradict each other if torques are shared."""
+    targets = {name: getattr(family.problems[0], name) for name in ("speed", "step_length")}
+    exact = {name: value for name, value in targets.items() if isinstance(value, float)}
+    if "torques" not in family.shared or not exact:
+        return ""
+    examples = ", ".join(f"{name}=({0.99 * value:.4g}, {1.01 * value:.4g})" for name, value in exact.items())
+    return (
+        f"; one torque profile hardly gives all gaits the same {' and '.join(exact)}: state bounds such as {examples}"
+    )
 
 
 def _solve_on_refined_grids(family: Family, solver: NlpSolver, observer: SolveObserver) -> FamilyGaits:

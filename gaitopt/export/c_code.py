@@ -2,14 +2,20 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
+from gaitopt.export.law_robot import require_law, require_planar_law
+from gaitopt.export.planar_c_controller import planar_header, planar_source
+from gaitopt.export.planar_python import join_units, planar_law_functions
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
@@ -18,7 +24,9 @@ from gaitopt.version import __version__
 
 
 @check_arguments
-def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str | Path) -> Path:
+def write_c(
+    robot: Robot | PlanarRobot, law: Law | PlanarLaw, parameters: Mapping[str, float], path: str | Path
+) -> Path:
     """Write dynamics, contact, impact and controller as a C file, and its header beside it.
 
     The code is generated from the very expressions that gaitopt solves and simulates with.  Every function is named
@@ -29,11 +37,16 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
     does the same with plain arrays, as a C Caller block of Simulink needs; ``gait_control`` gives the torque for given
     latched values.  The header describes each argument.  The code allocates no memory.
 
+    For a robot with several contacts the code has its equations of motion and its contacts
+    (``gait_dynamics``, ``gait_gaps``, ``gait_rows``, ``gait_arming``, ``gait_energy``).  The controller accepts the
+    state of the robot, whichever leg is in front: ``gait_begin`` is called after every impact that ends a period,
+    ``gait_impact(&state)`` after every other one, and ``gait_step(&state, clock, q, v, torque)`` at every sample.
+
     Parameters
     ----------
-    robot : Robot
-    law : Law
-        Such as ``feedforward(robot, gait.motion)``.
+    robot : Robot or PlanarRobot
+    law : Law or PlanarLaw
+        Such as ``feedforward(robot, gait.motion)``, or ``planar_feedforward(gait)`` for several contacts.
     parameters : mapping of str to float
         Parameters; those not named keep their defaults.
     path : str or Path
@@ -67,25 +80,58 @@ def write_c(robot: Robot, law: Law, parameters: Mapping[str, float], path: str |
             f"Cannot write {path}: C code needs a file such as gait.c, whose name begins with a letter and contains "
             "only letters, digits and underscores, because the identifiers in the code are derived from it."
         )
-    if law.torque.size1_out(0) != robot.n_u or law.torque.size1_in(1) != robot.n_q:
-        raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
     prefix, values = path.stem, robot.vector(robot.resolve(parameters))
-    functions = _functions(robot, law)
+    code = _planar_code(prefix, robot, law) if isinstance(robot, PlanarRobot) else _walker_code(prefix, robot, law)
     with write_atomically(path) as source, write_atomically(path.with_suffix(".h")) as header:
-        source.write_text(_source(prefix, functions, law, values), encoding="utf-8")
-        header.write_text(_header(prefix, functions, robot, law, values), encoding="utf-8")
+        source.write_text(_source(prefix, code, values), encoding="utf-8")
+        header.write_text(_header(prefix, code, robot, values), encoding="utf-8")
     return path
 
 
-def _functions(robot: Robot, law: Law) -> list[ca.Function]:
-    """Return the Functions to write: the equations of motion in every mode, contact, impact, and the law."""
+@dataclass(frozen=True)
+class _Code:
+    """Content of the files: Functions, declarations and definitions of the controller, and descriptions of it."""
+
+    functions: Sequence[ca.Function]
+    declarations: str
+    definitions: str
+    law: str
+    coordinates: str
+    actuators: str
+
+
+def _walker_code(prefix: str, robot: Robot, law: object) -> _Code:
+    """Return the equations of motion in every mode, contact, impact, and the law."""
+    law = require_law(robot, law)
     physics = [robot.dynamics, *robot.acceleration.values(), robot.energy, robot.joint_rates, robot.wellposed]
-    return [*physics, robot.landing, robot.collision, robot.touchdown, robot.swap, *law_functions(law)]
+    return _Code(
+        functions=[*physics, robot.landing, robot.collision, robot.touchdown, robot.swap, *law_functions(law)],
+        declarations=controller_header(prefix, law),
+        definitions=controller_source(prefix, law),
+        law=law.name,
+        coordinates=f"stance foot x, y [m], then {', '.join(robot.angles)} [rad]",
+        actuators=f"torque of {', '.join(robot.actuators) or 'no actuator'} [N m]",
+    )
 
 
-def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Array) -> str:
+def _planar_code(prefix: str, robot: PlanarRobot, law: object) -> _Code:
+    """Return the equations of motion, the contacts, and the law."""
+    law = require_planar_law(robot, law)
+    actuators = join_units(robot.actuators, robot.actuator_units) or "no actuator"
+    physics = [robot.dynamics, robot.gaps, robot.rows, robot.arming, robot.energy]
+    return _Code(
+        functions=[*physics, *planar_law_functions(law)],
+        declarations=planar_header(prefix, robot, law),
+        definitions=planar_source(prefix, robot, law),
+        law=law.name,
+        coordinates=f"{join_units(robot.coordinates, robot.units)}; contacts {', '.join(robot.contact_names)}",
+        actuators=f"torque or force of {actuators}",
+    )
+
+
+def _source(prefix: str, code: _Code, values: Array) -> str:
     generator = ca.CodeGenerator(f"{prefix}_generate", {"casadi_int": "int"})
-    for function in functions:
+    for function in code.functions:
         symbols, name = function.sx_in(), _generate(prefix, function)
         generator.add(ca.Function(name, symbols, function.call(symbols), function.name_in(), function.name_out()))
     parts = [
@@ -93,23 +139,23 @@ def _source(prefix: str, functions: Sequence[ca.Function], law: Law, values: Arr
         f'#include "{prefix}.h"',
         generator.dump(),
         f"const double {prefix}_parameters[{values.size}] = {initialiser(values)};",
-        *(_call(prefix, function) for function in functions),
-        controller_source(prefix, law),
+        *(_call(prefix, function) for function in code.functions),
+        code.definitions,
     ]
     return "\n".join(parts)
 
 
-def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: Law, values: Array) -> str:
+def _header(prefix: str, code: _Code, robot: Robot | PlanarRobot, values: Array) -> str:
     guard = f"{prefix.upper()}_H"
     order = "\n".join(
         comment_line(f" *   p[{i}]  {parameter.name} [{parameter.unit}]: {parameter.description}")
         for i, parameter in enumerate(robot.parameters)
     )
     lines = [
-        "/*" + comment_line(f" Robot {robot.name}, law {law.name}.  Written by gaitopt {__version__}."),
+        "/*" + comment_line(f" Robot {robot.name}, law {code.law}.  Written by gaitopt {__version__}."),
         " *",
-        comment_line(f" * q   stance foot x, y [m], then {', '.join(robot.angles)} [rad]; v their rates"),
-        comment_line(f" * u   torque of {', '.join(robot.actuators) or 'no actuator'} [N m]"),
+        comment_line(f" * q   {code.coordinates}; v their rates"),
+        comment_line(f" * u   {code.actuators}"),
         order,
         " *",
         " * Matrices are stored column by column.  An output may be NULL.",
@@ -120,8 +166,8 @@ def _header(prefix: str, functions: Sequence[ca.Function], robot: Robot, law: La
         'extern "C" {',
         "#endif",
         f"extern const double {prefix}_parameters[{values.size}];",
-        *(f"/* {_shapes(function)} */\n{_signature(prefix, function)};" for function in functions),
-        controller_header(prefix, law),
+        *(f"/* {_shapes(function)} */\n{_signature(prefix, function)};" for function in code.functions),
+        code.declarations,
         "#ifdef __cplusplus",
         "}",
         "#endif",

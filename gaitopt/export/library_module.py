@@ -6,7 +6,8 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.export.python_controller import HEADING, write_literal
+from gaitopt.export.python_code import write_literal
+from gaitopt.export.python_controller import HEADING
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 from gaitopt.study.libraries.gait_library import GaitLibrary

@@ -1,8 +1,13 @@
 """CasADi Functions as Python functions of the standard library, operation by operation."""
 
+import re
+
 import casadi as ca
+import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import comment_line
 
 _TEXTS = {
     "ADD": "{0} + {1}",
@@ -96,3 +101,15 @@ def _number(value: float) -> str:
     """Return a number with all digits as a Python expression."""
     text = repr(float(value))
     return f'float("{text}")' if text in ("inf", "-inf", "nan") else text
+
+
+def write_literal(text: str) -> str:
+    """Return a text that cannot end the docstring of a module."""
+    return re.sub(r'["\\]', "'", comment_line(text))
+
+
+def write_array(values: Array) -> str:
+    """Return numbers as a NumPy array with all digits."""
+    numbers = np.asarray(values, dtype=float).ravel().tolist()
+    texts = [repr(number) if np.isfinite(number) else f'float("{number}")' for number in numbers]
+    return f"np.array([{', '.join(texts)}], dtype=float)"

@@ -1,19 +1,18 @@
 """write_python: a controller as a Python module that needs NumPy only."""
 
-import re
 from pathlib import Path
-
-import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import MOST_EVENTS, law_functions
-from gaitopt.export.python_code import write_function
+from gaitopt.export.law_robot import require_law, require_planar_law
+from gaitopt.export.planar_python import planar_python_module
+from gaitopt.export.python_code import write_array, write_function, write_literal
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically
-from gaitopt.motion.motion import Array
-from gaitopt.motion.printable import comment_line
 from gaitopt.version import __version__
 
 HEADING = '"""Written by gaitopt'
@@ -21,17 +20,22 @@ HEADING = '"""Written by gaitopt'
 
 
 @check_arguments
-def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
+def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | Path) -> Path:
     """Write a controller as a Python module that imports NumPy only, with a class ``Controller``.
 
     As in C (:func:`gaitopt.write_c`), ``controller.begin(q, v)`` is called with the state after every touchdown and leg
     exchange, and ``controller.step(clock, q, v, slide)`` returns the torques at every sample.
 
+    The controller of a robot with several contacts accepts the state of the robot, whichever leg is in front:
+    ``controller.begin(q, v)`` is called with the first state and with that after every impact of the contact
+    ``controller.section``, which ends a period and exchanges the legs; ``controller.impact()`` after every other impact
+    of a contact; ``controller.step(clock, q, v)`` returns the torques at the time since the period began.
+
     Parameters
     ----------
-    robot : Robot
-    law : Law
-        Such as ``feedforward(robot, gait.motion)``.
+    robot : Robot or PlanarRobot
+    law : Law or PlanarLaw
+        Such as ``feedforward(robot, gait.motion)``, or ``planar_feedforward(gait)`` for several contacts.
     path : str or Path
         Ends in ``.py``.
 
@@ -61,8 +65,17 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix != ".py" or not path.stem.isidentifier():
         raise InputError(f"Cannot write {path}: a Python module needs a file such as controller.py.")
-    if law.torque.size1_out(0) != robot.n_u or law.torque.size1_in(1) != robot.n_q:
-        raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
+    if isinstance(robot, PlanarRobot):
+        text = planar_python_module(robot, require_planar_law(robot, law))
+    else:
+        text = _module(robot, require_law(robot, law))
+    with write_atomically(path, heading=HEADING) as file:
+        file.write_text(text, encoding="utf-8")
+    return path
+
+
+def _module(robot: Robot, law: Law) -> str:
+    """Return the text of the module of a robot with one foot on the ground."""
     values, events = len(law.memory.values), len(law.memory.events)
     functions = [write_function(function, f"_{function.name()}") for function in law_functions(law)]
     parts = [
@@ -75,8 +88,8 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
             latched=write_literal(", ".join(law.memory.values) or "none"),
             events=write_literal(", ".join(law.memory.events) or "none"),
         ),
-        f"BREAKPOINTS = {_array(law.breakpoints)}",
-        f"TABLE = {_array(law.table.T)}.reshape({law.table.shape[1]}, {law.table.shape[0]})",
+        f"BREAKPOINTS = {write_array(law.breakpoints)}",
+        f"TABLE = {write_array(law.table.T)}.reshape({law.table.shape[1]}, {law.table.shape[0]})",
         *(f"\n\n{text}" for text in functions),
         _CONTROLLER.format(
             measure="clock" if law.index is None else f"float(np.concatenate([q, v])[{law.index}])",
@@ -85,21 +98,7 @@ def write_python(robot: Robot, law: Law, path: str | Path) -> Path:
             events=_EVENTS.format(values=values, most=MOST_EVENTS) if events else "",
         ),
     ]
-    with write_atomically(path, heading=HEADING) as file:
-        file.write_text("\n".join(parts), encoding="utf-8")
-    return path
-
-
-def write_literal(text: str) -> str:
-    """Return a text that cannot end the docstring of the module."""
-    return re.sub(r'["\\]', "'", comment_line(text))
-
-
-def _array(values: Array) -> str:
-    """Return numbers as a NumPy array with all digits."""
-    numbers = np.asarray(values, dtype=float).ravel().tolist()
-    texts = [repr(number) if np.isfinite(number) else f'float("{number}")' for number in numbers]
-    return f"np.array([{', '.join(texts)}], dtype=float)"
+    return "\n".join(parts)
 
 
 _MODULE = '''"""Written by gaitopt {version}: controller of the robot {robot}, law {law}.  It needs NumPy only.

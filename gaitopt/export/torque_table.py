@@ -97,7 +97,10 @@ def _table(motion: AnyMotion, view: MotionView, law: Law | None) -> dict[str, An
     }
     if law is not None:
         if not isinstance(motion, Motion):
-            raise InputError("Gains are written for robots with one foot on the ground at a time; leave out law=.")
+            raise InputError(
+                "Gains are written for robots with one foot on the ground at a time; leave out the law, or export a "
+                "controller (.c, .py)."
+            )
         steps = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
         names = {angle_entry(number): name for number, name in enumerate(motion.angles)}
         data["pieces"] = {

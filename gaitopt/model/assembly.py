@@ -358,10 +358,16 @@ def _later(
 
 def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX], *, merge: bool = False) -> ca.Function:
     """Return a Function; common subexpressions are merged if it is evaluated often, as in a simulation."""
-    expressions = [ca.densify(ca.SX(e)) for e in outputs.values()]
+    expressions = [_densify(e) for e in outputs.values()]
     if merge:
         expressions = ca.cse(expressions)
     return ca.Function(label, list(inputs.values()), expressions, list(inputs), list(outputs))
+
+
+def _densify(expression: ca.SX | float) -> ca.SX:
+    """Return a dense expression; one that is dense already is not copied, which takes longer than to build it."""
+    matrix = expression if isinstance(expression, ca.SX) else ca.SX(expression)
+    return matrix if matrix.is_dense() else ca.densify(matrix)
 
 
 def _exchange_matrix(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:

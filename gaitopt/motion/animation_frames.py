@@ -89,6 +89,11 @@ class AnimationFrame:
     rims: Array | None
     forces: Array
 
+    @property
+    def pace(self) -> str:
+        """The slowness with two digits, without an exponent."""
+        return f"{self.slowness:.2g}" if self.slowness < 99.5 else f"{self.slowness:.0f}"
+
 
 class AnimationFrames:
     """The frames of an animation of a periodic step; the legs exchange roles at each touchdown.

@@ -192,6 +192,7 @@ def _read_content(file: h5py.Group) -> AnyGait:
         "solver": _read_solver(file["solver"]),
         "versions": {name: str(value) for name, value in file["versions"].attrs.items()},
         "solution": _read_solution(file["solution"]) if "solution" in file else None,
+        "certificate": _read_certificate(file["certificate"]) if "certificate" in file else None,
     }
     sequence, name = str(_rename_keys(dict(file.attrs))["sequence"]), str(file.attrs["robot"])
     if kind == PLANAR:
@@ -210,7 +211,6 @@ def _read_content(file: h5py.Group) -> AnyGait:
         robot=read_robot(file, name, motion),
         verification=_read_verification(file, Verification),
         proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
-        certificate=_read_certificate(file["certificate"]) if "certificate" in file else None,
     )
 
 

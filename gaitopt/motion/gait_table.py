@@ -63,7 +63,7 @@ def _numbers(gait: Gait) -> Facts:
     return [
         ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *_objective_value(gait),
-        *_design(gait),
+        *describe_design(gait),
         *_grid(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
@@ -74,12 +74,19 @@ def _numbers(gait: Gait) -> Facts:
         ("impact", f"{jump.mode.value}, impulse ratio {jump.ratio:+.4f}"),
         ("energy", describe_energy(gait.energy)),
         ("replay", _replay(gait)),
-        *_certificate(gait),
+        *describe_certificate(gait),
     ]
 
 
-def _certificate(gait: Gait) -> Facts:
-    """Return the verdict on the optimum, and its largest relative sensitivities."""
+def describe_certificate(gait: Gait | PlanarGait) -> Facts:
+    """Return the verdict on the optimum, and its largest relative sensitivities; nothing without a certificate.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> describe_certificate(load("docs/examples/compass_slip.h5"))[0][0]
+    'optimum'
+    """
     certificate = gait.certificate
     if certificate is None:
         return []
@@ -144,14 +151,31 @@ def describe_objective(problem: Mapping[str, Any]) -> str:
 
 def _objective_value(gait: Gait) -> Facts:
     """Return the value of an objective other than the cost of transport, as the solver reports it, with its unit."""
-    name, unit = gait.problem["objective"], gait.problem.get("objective_unit") or ""
-    if name == "cost_of_transport":
+    if gait.problem["objective"] == "cost_of_transport":
         return []
-    return [("objective", f"{gait.solver.objective:.6g} {unit}".strip())]
+    return [("objective", format_objective(gait.solver.objective, gait.problem.get("objective_unit")))]
 
 
-def _design(gait: Gait) -> Facts:
-    """Return the optimised parameters with their bounds."""
+def format_objective(value: float, unit: str | None) -> str:
+    """Return the value of an objective as text, with its unit unless it has none.
+
+    Examples
+    --------
+    >>> format_objective(84.7150015, "N^2 m^2 s"), format_objective(0.0160193, "1")
+    ('84.715 N^2 m^2 s', '0.0160193')
+    """
+    return f"{value:.6g} {'' if unit in (None, '1') else unit}".strip()
+
+
+def describe_design(gait: Gait | PlanarGait) -> Facts:
+    """Return the optimised parameters with their bounds; nothing without any.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> describe_design(load("docs/examples/compass_slip.h5"))
+    []
+    """
     bounds = gait.problem.get("free") or {}
     values = gait.design.items()
     texts = [f"{name} {value:.6g} ({bounds[name][0]:g} to {bounds[name][1]:g})" for name, value in values]

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.lazy import LazyField, LazyRecord
+from gaitopt.motion.certificate import Certificate
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait, SolverReport, check_gait
 from gaitopt.motion.nlp_solution import Solution
@@ -82,6 +83,8 @@ class PlanarGait(LazyRecord):
         Unknowns and multipliers of the optimisation.
     verification : PlanarVerification or None
         None until it is replayed.
+    certificate : Certificate or None
+        Certificate of the optimum on its grid; None if the gait is not solved.
 
     Examples
     --------
@@ -103,6 +106,7 @@ class PlanarGait(LazyRecord):
     versions: dict[str, str]
     solution: Solution | None = field(default=None, repr=False)
     verification: PlanarVerification | None = None
+    certificate: LazyField[Certificate | None] = LazyField(None)
 
     def __repr__(self) -> str:
         replay = "not replayed"
@@ -144,6 +148,11 @@ class PlanarGait(LazyRecord):
         return work / (weight * self.step_length) if self.step_length else float("nan")
 
     @property
+    def design(self) -> dict[str, float]:
+        """Optimised values of the free parameters of the problem by name (SI units); empty without any."""
+        return {name: self.motion.parameters[name] for name in self.problem.get("free") or {}}
+
+    @property
     def energy(self) -> Ledger:
         """Energy ledger of the period [J]."""
         return self.motion.ledger()
@@ -177,6 +186,10 @@ class PlanarGait(LazyRecord):
         if status in (Status.SOLVED, Status.NOT_VERIFIED):
             status = Status.SOLVED if verification.passed else Status.NOT_VERIFIED
         return self.replace_fields(verification=verification, status=status)
+
+    def without_certificate(self) -> "PlanarGait":
+        """Return the gait without its certificate, which is then not evaluated when the gait is saved."""
+        return self.replace_fields(certificate=None)
 
 
 AnyGait = Gait | PlanarGait

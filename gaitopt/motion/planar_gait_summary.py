@@ -52,7 +52,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "speed": gait.speed,
         "step_length": gait.step_length,
         "period": gait.period,
-        "design": {},  # which problems of several contacts do not have
+        "design": gait.design,
         "phases": [_phase_facts(motion, segment) for segment in motion.segments],
         "events": [event_facts(motion, event) for event in motion.events],
         "friction_margin": friction_margin(gait),
@@ -62,7 +62,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "energy": ledger_facts(gait.energy),
         "verification": None if gait.verification is None else dataclasses.asdict(gait.verification),
         "proposal": None,
-        "certificate": None,
+        "certificate": None if gait.certificate is None else dataclasses.asdict(gait.certificate),
         "solver": solver,
         "violations": violations,
         "conflicts": conflicts,

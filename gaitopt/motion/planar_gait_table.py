@@ -3,7 +3,16 @@
 import math
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.gait_table import Facts, describe_energy, describe_objective, describe_script, round_margin
+from gaitopt.motion.gait_table import (
+    Facts,
+    describe_certificate,
+    describe_design,
+    describe_energy,
+    describe_objective,
+    describe_script,
+    format_objective,
+    round_margin,
+)
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.status import Status
@@ -46,11 +55,12 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
 
 def _numbers(gait: PlanarGait) -> Facts:
     objective, margin = gait.problem["objective"], friction_margin(gait)
-    unit = gait.problem.get("objective_unit") or ""
-    facts = [(objective.replace("_", " "), f"{gait.solver.objective:.6g} {unit}".strip())]
+    value = format_objective(gait.solver.objective, gait.problem.get("objective_unit"))
+    facts = [(objective.replace("_", " "), value)]
     if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
     facts += [
+        *describe_design(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
@@ -60,12 +70,14 @@ def _numbers(gait: PlanarGait) -> Facts:
     if math.isfinite(margin):
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
+    # The contacts of an accurate plan are below the ground only while they are not armed.
+    unarmed = "" if gait.status is Status.PLAN_INACCURATE else ", while it is not armed"
     facts += [
-        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing, while it is not armed")
+        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing{unarmed}")
         for name, depth in find_depths(gait).items()
         if depth > LEAST_DEPTH
     ]
-    return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait))]
+    return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait)), *describe_certificate(gait)]
 
 
 def _phases(gait: PlanarGait) -> Facts:
@@ -73,7 +85,7 @@ def _phases(gait: PlanarGait) -> Facts:
     for segment in gait.motion.segments:
         closed = [f"{name} {mode.value}" for name, mode in segment.state.modes if mode is not Mode.FREE]
         duration = segment.time[-1] - segment.time[0]
-        facts.append(("phase", f"{duration:.4g} s  {', '.join(closed) or 'flight'}"))
+        facts.append(("phase", f"{', '.join(closed) or 'flight'} for {duration:.4g} s"))
     return facts
 
 
@@ -88,7 +100,7 @@ def _events(gait: PlanarGait) -> Facts:
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
         if not event.is_impact and any(name.endswith(" closes") for name in event.names):
             received = "; without impulse"
-        facts.append(("event", f"{event.time:.4g} s  {' & '.join(event.names)}{received}"))
+        facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
     return facts
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP, SLIDE
+from gaitopt.model.ground_frame import place_on_plane
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.link_roles import assign_links, classify_links, find_joint_points, number_legs
 from gaitopt.motion.motion import Jump, Motion, Segment, check_motion
@@ -64,7 +65,7 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
         joints=roles.joints if roles else (),
         parameters=motion.parameters,
         total_mass=motion.total_mass,
-        segments=tuple(_single_phase(segment, swing) for segment in motion.segments),
+        segments=tuple(_single_phase(segment, swing, motion.parameters) for segment in motion.segments),
         events=tuple(_touchdown(jump) for jump in motion.jumps),
         tokens=_single_tokens(motion),
         travel=motion.travel,
@@ -75,7 +76,7 @@ def _view_single(motion: Motion, limits: Mapping[str, float]) -> MotionView:
     )
 
 
-def _single_phase(segment: Segment, swing: int) -> PhaseView:
+def _single_phase(segment: Segment, swing: int, parameters: Mapping[str, float]) -> PhaseView:
     zero, place = np.zeros_like(segment.time), segment.points[:, swing]
     if segment.rims is not None:
         place = np.stack([segment.rims[0, 1], segment.rims[1, 1] - segment.rims[2, 1]])
@@ -89,7 +90,7 @@ def _single_phase(segment: Segment, swing: int) -> PhaseView:
         gaps=np.stack([segment.q[GAP], place[1]]),
         friction_works=np.stack([segment.friction_work, zero]),
         **{name: getattr(segment, name) for name in ("damping_work", "kinetic", "potential", "elastic")},
-        places=np.stack([segment.contact, place], axis=1),
+        places=np.stack([place_on_plane(segment.contact, parameters), place], axis=1),
     )
 
 

@@ -15,7 +15,14 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
-from gaitopt.ocp.statement.free_parameters import Ends, clip_values, list_corners, read_bounds
+from gaitopt.ocp.statement.free_parameters import (
+    Ends,
+    clip_values,
+    fields_of_fixed,
+    list_corners,
+    read_bounds,
+    separate_targets,
+)
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import Limits, Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, check_objective
@@ -125,13 +132,9 @@ class GaitProblem:
 
     def _check_free(self) -> None:
         """Check the bounds of the free parameters; slope, speed and step length are moved to their fields."""
-        if not isinstance(self.free, Mapping):
-            raise InputError(f'free must be a mapping such as {{"leg_com": (0.4, 1.2)}}, got {self.free!r}.')
-        free = dict(self.free)
-        for name in ("slope", "speed", "step_length"):
-            if name in free:
-                ends = free.pop(name)
-                object.__setattr__(self, name, tuple(ends) if isinstance(ends, list) else ends)
+        free, fields = separate_targets(self.free, ("slope", "speed", "step_length"))
+        for name, ends in fields.items():
+            object.__setattr__(self, name, ends)
         robot, values = self.robot, {**self.parameters, "friction": self.friction}
         object.__setattr__(self, "free", read_bounds(free, robot.parameters, values, f"Robot {robot.name!r}"))
 
@@ -176,10 +179,7 @@ class GaitProblem:
         >>> problem.fix_parameters({"leg_com": 0.7}).values["leg_com"]
         0.7
         """
-        ground = {name: values[name] for name in ("slope", "friction") if name in values}
-        others = {name: value for name, value in values.items() if name not in ground}
-        free = {name: ends for name, ends in self.free.items() if name not in values}
-        return self.replace(parameters={**self.parameters, **others}, free=free, **ground)
+        return self.replace(**fields_of_fixed(values, self.parameters, self.free))
 
     def without_guess(self) -> "GaitProblem":
         """Return the problem without its guess, which may reference other gaits."""

@@ -133,10 +133,10 @@ def _define(problem: GaitProblem | PlanarProblem) -> dict[str, Any]:
         "objective": [[weight, _describe(term)] for weight, term in problem.objective.terms()],
     }
     definition |= {name: _describe(getattr(problem, name)) for name in ("limits", "margins", "transcription", "guess")}
+    definition["free"] = {name: list(ends) for name, ends in problem.free.items()}
     if isinstance(problem, PlanarProblem):
         return definition | {"equations": problem.equations}
-    free = {name: list(ends) for name, ends in problem.free.items()}
-    return definition | {"free": free, "stability": _describe(problem.stability)}
+    return definition | {"stability": _describe(problem.stability)}
 
 
 def _describe(part: Any) -> dict[str, Any] | None:

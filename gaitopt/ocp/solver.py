@@ -14,6 +14,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius, report_radius_conflict
+from gaitopt.ocp.solution.radius_homotopy import approach_radius
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -198,6 +199,9 @@ def _solve_first(
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
+    bounded = _solve_by_homotopy(problem, limited_refinement, observer)
+    if bounded is not None:
+        return [bounded], []
     guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + _count_retries(problem)))]
     conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
@@ -205,6 +209,15 @@ def _solve_first(
         more = solve_from_starts(problem, others, solver, observer, limited, plans=plans) if others else []
         return [first], keep_interrupt([conclusion, *more])
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
+
+
+def _solve_by_homotopy(problem: GaitProblem, solver: NlpSolver, observer: SolveObserver) -> Gait | None:
+    """Return a gait with the bound on the spectral radius, approached from the initial gait; None if there is none."""
+    if problem.stability is None or not isinstance(problem.guess, WarmStart) or _is_new(problem):
+        return None
+    near = approach_radius(problem, problem.guess.gait, solver, observer)
+    gait = None if near is None else solve_from_start(problem, WarmStart(near), solver, observer)
+    return gait if gait is not None and (gait.status.ok or gait.status is Status.INTERRUPTED) else None
 
 
 def _solve_open(

@@ -1,5 +1,6 @@
 from gaitopt.plot.animation import animate as animate
 from gaitopt.plot.basin_figure import plot_basin as plot_basin
+from gaitopt.plot.branch_basin_figure import plot_branch_basin as plot_branch_basin
 from gaitopt.plot.branch_figure import plot_branches as plot_branches
 from gaitopt.plot.comparison_figure import plot_comparison as plot_comparison
 from gaitopt.plot.curve_figure import plot_curves as plot_curves

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps, split_branch
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
@@ -109,17 +109,18 @@ def _title(diagram: BranchDiagram) -> str:
 
 
 def angle_symbol_of(coordinate: str) -> str:
-    """Return the symbol of a coordinate of a section; that of a rate has a dot.
+    r"""Return the symbol of a coordinate of a section; that of a rate has a dot.
 
     Examples
     --------
-    >>> angle_symbol_of("foot_speed")
-    'foot speed'
+    >>> angle_symbol_of("foot_speed"), angle_symbol_of("th1_rate")
+    ('foot speed', '$\\dot{\\theta}_{1}$')
     """
     name = coordinate.removesuffix("_rate")
     symbol = angle_symbol(name)
     if name != coordinate and symbol.startswith("$"):
-        return f"$\\dot{{{symbol[1:-1]}}}$"
+        letter, mark, index = symbol[1:-1].partition("_")
+        return rf"$\dot{{{letter}}}{mark}{index}$"  # over the letter alone, not over its index
     return symbol if symbol.startswith("$") else coordinate.replace("_", " ")
 
 
@@ -140,18 +141,9 @@ def _draw_branch(
 ) -> None:
     """Draw a branch in pieces of equal sequence and stability.
 
-    The line between a stable and an unstable gait has the style of the unstable one.  Pieces of different sequences are
-    joined unless the quantity is discontinuous between them.
+    Pieces of different sequences are joined unless the quantity is discontinuous between them.
     """
-    kinds = [(distinct_steps(name), bool(stable)) for name, stable in zip(branch.sequences, branch.stable, strict=True)]
-    begin = 0
-    for k in range(1, len(kinds) + 1):
-        if k < len(kinds) and kinds[k] == kinds[begin]:
-            continue
-        sequence, stable = kinds[begin]
-        after = k < len(kinds) and (joined if kinds[k][0] != sequence else not stable)
-        before = begin > 0 and not stable and kinds[begin - 1] == (sequence, True)
-        piece = slice(begin - before, k + after)
+    for piece, sequence, stable in split_branch(branch, joined=joined):
         axes.plot(
             values[piece],
             rows[piece],
@@ -160,18 +152,18 @@ def _draw_branch(
             linewidth=1.6 if stable else 1.0,
             label="_branch",
         )
-        begin = k
 
 
 def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float) -> None:
-    """Mark the special points of a branch."""
+    """Mark the special points of a branch at each step of their period."""
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
+        heights = factor * branch.orbit_of(point)[:, place]
         key = point.kind.key
         fill: dict[str, Any] = {"markerfacecolor": "white"} if key in MARKERS else {}
         axes.plot(
-            [value],
-            [factor * point.z[place]],
+            np.full(heights.size, value),
+            heights,
             linestyle="none",
             marker=MARKERS.get(key, "x"),
             markersize=5,

@@ -62,14 +62,14 @@ def choose_rows(view: MotionView) -> Rows:
         ("actuator forces", panels.draw_actuator_forces, "N" in units),
         ("normal forces", panels.draw_normal_forces, several and bool(view.loaded)),
         ("force ratio", panels.draw_force_ratio, bool(view.sliding)),
-        ("foot speed", panels.draw_foot_speed, bool(view.sliding)),
+        ("foot speed", panels.draw_foot_speed, any(part.slipping for part in view.segments)),
     ]
     return {name: draw for name, draw, present in candidates if present}
 
 
 @check_arguments
 def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | None = None) -> "Figure":
-    """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and foot speed.
+    """Draw a gait: its step as stick figures; angles, torques, force ratio in the friction cone, and speed of slip.
 
     A robot with several contacts has further panels: the mode of each contact, lengths, forces of linear actuators and
     the normal force on each foot.
@@ -96,7 +96,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     >>> from gaitopt import load, plot_gait
     >>> figure = plot_gait(load("docs/examples/compass_slip.h5"))
     >>> print(figure.get_suptitle().splitlines()[1])
-    slip+ stick | slip+, verified by replay
+    slip+ stick | slip+ (verified by replay)
     """
     check_any_gait(gait)
     view = None
@@ -145,8 +145,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     warned, titled = failed is not None, style.titled and bool(title)
-    lines = [textwrap.fill(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines()]
-    title = "\n".join(lines)
+    title = "\n".join(_wrap_title(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines())
     with rc_context(style.settings):
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
         above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
@@ -169,6 +168,11 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     return figure
 
 
+def _wrap_title(line: str, letters: int) -> str:
+    """Return a line of the title wrapped; the bar of an impact stays with the phase before it."""
+    return textwrap.fill(line.replace(" |", "\N{NO-BREAK SPACE}|"), letters).replace("\N{NO-BREAK SPACE}", " ")
+
+
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
     """Return the height of a figure without its warning [inch]."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
@@ -185,7 +189,7 @@ def _describe(gait: AnyGait, title: str | None) -> str:
         rf"friction $\mu$ = {gait.motion.parameters['friction']:g}",
     ]
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
-    verified = "" if not gait.status.ok else ", verified by replay" if gait.verification else ", not replayed"
+    verified = "" if not gait.status.ok else " (verified by replay)" if gait.verification else " (not replayed)"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
     return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
@@ -226,6 +230,8 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         _shade(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
+        if row == 0 and view.is_single_support:
+            handles, labels = _add_slip_keys(handles, labels, view)
         if handles:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
@@ -280,14 +286,21 @@ def _shade(name: str, axes: "Axes", view: MotionView) -> None:
 
 def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
     """Draw the key of a panel in an empty axes beside it, with the shading of slip phases if a motion is given."""
-    from matplotlib.patches import Patch
-
     key.axis("off")
     handles, labels = axes.get_legend_handles_labels()
-    for mode in dict.fromkeys(part.mode for part in motion.segments if part.slipping) if motion else ():
-        color = MODE_FILL[mode]
-        handles.append(Patch(facecolor=(color, 0.3), edgecolor=color, hatch=MODE_HATCH[mode]))
-        labels.append(f"{mode.label} phase")
+    if motion:
+        handles, labels = _add_slip_keys(handles, labels, motion)
     if handles:
         wrapped = [textwrap.fill(label, KEY_LETTERS) for label in labels]
         key.legend(handles, wrapped, loc="upper left", borderaxespad=0, handlelength=2.2)
+
+
+def _add_slip_keys(handles: list[Any], labels: list[str], view: MotionView) -> tuple[list[Any], list[str]]:
+    """Return handles and labels of a key with the shading of each kind of slip phase."""
+    from matplotlib.patches import Patch
+
+    modes = dict.fromkeys(part.mode for part in view.segments if part.slipping)
+    patches = [
+        Patch(facecolor=(MODE_FILL[mode], 0.3), edgecolor=MODE_FILL[mode], hatch=MODE_HATCH[mode]) for mode in modes
+    ]
+    return [*handles, *patches], [*labels, *(f"{mode.label} phase" for mode in modes)]

@@ -243,5 +243,5 @@ class Header:
             text.set_color("black" if current else "0.45")
         slower = frame.slowness > 1.01 * self._slowest
         self._stamp.set_color(MODE_INK[frame.mode] if slower else "0.2")
-        pace = f"slowed {frame.slowness:.2g}\N{MULTIPLICATION SIGN}"
+        pace = f"slowed {frame.pace}\N{MULTIPLICATION SIGN}"
         self._stamp.set_text(f"step {frame.step + 1}/{self._steps}   t = {frame.time:.3f} s   {pace:>11}")

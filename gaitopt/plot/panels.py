@@ -62,7 +62,7 @@ def draw_torques(axes: "Axes", view: MotionView) -> None:
 def draw_actuator_forces(axes: "Axes", view: MotionView) -> None:
     """Draw the forces of linear actuators over time, with their limits [N]."""
     _draw_actuators(axes, view, "N")
-    axes.set_ylabel("actuator [N]")
+    axes.set_ylabel("force [N]")
 
 
 def draw_normal_forces(axes: "Axes", view: MotionView) -> None:
@@ -100,8 +100,6 @@ def draw_foot_speed(axes: "Axes", view: MotionView) -> None:
         speeds = [hide_open(part, foot, part.slip_speeds[foot]) for part in view.segments]
         _draw_line(axes, view, speeds, **foot_style(view, foot))
     axes.set_ylabel("foot speed [m/s]")
-    if not any(part.slipping for part in view.segments):
-        axes.set_ylim(-0.1, 0.1)
 
 
 def foot_style(view: MotionView, foot: int) -> dict[str, Any]:

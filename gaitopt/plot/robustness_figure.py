@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 ROW_HEIGHT, BAR_HEIGHT, RETURN_HEIGHT = 0.42, 0.13, 2.2
 """Heights of the axis of a disturbance, of each bar in it, and of the panel of the return to the gait [inch]."""
 
+NAMES = {"friction patch": "loss of friction on a patch"}
+"""Titles of the kinds whose name does not state what is measured."""
+
+CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": "0.15", "markersize": 4}
+"""Style of the smallest disturbance that was not survived."""
+
 
 @check_arguments
 def plot_robustness(
@@ -70,10 +76,20 @@ def plot_robustness(
             _draw_kind(figure.add_subplot(inner[number % rows, number // rows], label=kind), kind, tests)
         if returns:
             _draw_returns(figure.add_subplot(grid[1], label="return"), returns, style.width)
-        if len(tests) > 1:
-            bars: list[Any] = list(figure.axes[0].containers)
-            add_page_legend(figure, bars, list(tests), columns=3, width=style.width, loc="outside upper center")
+        if kinds:
+            _add_key(figure, tests, style.width)
     return figure
+
+
+def _add_key(figure: "Figure", tests: Mapping[str, RobustnessRecord], width: float) -> None:
+    """Draw the key of the bars and of the crosses above the figure."""
+    from matplotlib.lines import Line2D
+
+    bars: list[Any] = list(figure.axes[0].containers)
+    labels = [f"{label}: largest survived" for label in tests]
+    bars.append(Line2D([], [], **CROSS))
+    labels.append("smallest not survived")
+    add_page_legend(figure, bars, labels, columns=3, width=width, loc="outside upper center")
 
 
 def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, Recovery]:
@@ -100,9 +116,9 @@ def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -
         failed = None if margin.failed is None else float(in_shown_unit(np.array(margin.failed), unit))
         axes.barh(number, survived, 0.7, color=color)
         if failed is not None:
-            axes.plot([failed], [number], "x", color="0.15", markersize=4)
+            axes.plot([failed], [number], **CROSS)
         largest = max(largest, survived, failed or 0.0)
-    axes.set_title(label_quantity(kind, unit), loc="left", pad=3)
+    axes.set_title(label_quantity(NAMES.get(kind, kind), unit), loc="left", pad=3)
     axes.set(ylim=(len(tests) - 0.5, -0.5), yticks=[], xlim=(0, 1.08 * largest if largest else 1.0))
     axes.grid(visible=False, axis="y")
     axes.locator_params(axis="x", nbins=5)

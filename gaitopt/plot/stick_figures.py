@@ -197,12 +197,15 @@ def _draw_labels(
     axes: "Axes", motion: MotionView, instants: Sequence[MotionSample], shifts: Array, slope: float
 ) -> None:
     """Write the time below each figure, and where a phase begins its slides, or that no foot is on the ground."""
+    from matplotlib import rcParams
+
     named: set[int] = set()
-    below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top"}
+    size = float(rcParams["legend.fontsize"])
+    below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": size}
     for instant, shift in zip(instants, shifts, strict=True):
         segment = instant.segment
         x, y = tilt(_ground_below(motion, instant) + np.array([shift, 0.0]), slope)
-        axes.annotate(f"{instant.time:.3f} s", (x, y), (0, -6), fontsize=8, color="0.25", **below)
+        axes.annotate(f"{instant.time:.3f} s", (x, y), (0, -0.75 * size), color="0.25", **below)
         if id(segment) in named:
             continue
         named.add(id(segment))
@@ -212,9 +215,9 @@ def _draw_labels(
             slid = f"{abs(1e3 * segment.slide(foot)):.3g} mm"
             several = len(motion.loaded) > 1
             text = f"{motion.contacts[foot].name}\n{arrow} {slid}" if several else f"{arrow} {mode.label}\n{slid}"
-            axes.annotate(text, (x, y), (0, -17 - 20 * line), fontsize=8, color=MODE_INK[mode], weight="bold", **below)
+            axes.annotate(text, (x, y), (0, -(2.1 + 2.5 * line) * size), color=MODE_INK[mode], weight="bold", **below)
         if motion.is_flight(segment):
-            axes.annotate("flight", (x, y), (0, -17), fontsize=8, color="0.25", style="italic", **below)
+            axes.annotate("flight", (x, y), (0, -2.1 * size), color="0.25", style="italic", **below)
 
 
 def _ground_below(motion: MotionView, instant: MotionSample) -> Array:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, distinct_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, distinct_steps, split_branch
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
+from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
@@ -138,10 +139,11 @@ def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_ShownGa
         drawing.append(_point(diagram, place, x, y))
     pairs = [(branch, point) for branch in diagram.branches for point in branch.special]
     for number, (branch, point) in enumerate(pairs, 1):
-        x, y = chart.place(_in_unit(diagram, point.value), _special_height(branch, coordinate, point.z))
-        mark = element("text", "\N{BLACK DIAMOND}", class_="special", x=round(x, 1), y=round(y + 3, 1))
-        mark.append(element("title", str(point)))
-        drawing.extend([mark, element("text", str(number), class_="number", x=round(x + 3, 1), y=round(y - 4, 1))])
+        for height in _special_heights(branch, coordinate, point):
+            x, y = chart.place(_in_unit(diagram, point.value), height)
+            mark = element("text", "\N{BLACK DIAMOND}", class_="special", x=round(x, 1), y=round(y + 3, 1))
+            mark.append(element("title", str(point)))
+            drawing.extend([mark, element("text", str(number), class_="number", x=round(x + 3, 1), y=round(y - 4, 1))])
     key = [
         element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
         for number, name in enumerate(sequences)
@@ -193,27 +195,24 @@ def _heights(branch: GaitBranch, coordinate: str) -> list[Array]:
     return list(np.degrees(rows) if branch.units[place] == "rad" else rows)
 
 
-def _special_height(branch: GaitBranch, coordinate: str, z: Array) -> float:
+def _special_heights(branch: GaitBranch, coordinate: str, point: SpecialPoint) -> list[float]:
+    """Return the coordinate at a special point at the start of each step; none if the branch does not have it."""
     if coordinate not in branch.names:
-        return math.nan
+        return []
     place = branch.names.index(coordinate)
-    return math.degrees(z[place]) if branch.units[place] == "rad" else float(z[place])
+    heights = branch.orbit_of(point)[:, place]
+    return (np.degrees(heights) if branch.units[place] == "rad" else heights).tolist()
 
 
 def _branch_lines(
     chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], sequences: list[str]
 ) -> Iterator[Element]:
     """Yield the pieces of a branch of equal sequence and stability as lines in the colour of the sequence."""
-    numbers = np.array([sequences.index(distinct_steps(name)) for name in branch.sequences])
-    changes = (branch.stable[1:] != branch.stable[:-1]) | (numbers[1:] != numbers[:-1])
-    begin = 0
-    for end in [*map(int, np.flatnonzero(changes)), branch.stable.size - 1]:
-        piece = slice(begin, min(end + 2, branch.stable.size))
-        kind = "stable" if branch.stable[begin] else "unstable"
+    for piece, sequence, stable in split_branch(branch):
+        kind, colour = "stable" if stable else "unstable", sequences.index(sequence) % COLOURS
         for row in heights:
             places = [chart.place(float(x), float(y)) for x, y in zip(values[piece], row[piece], strict=True)]
-            yield element("polyline", class_=f"line line-{numbers[begin] % COLOURS} {kind}", points=points(*places))
-        begin = end + 1
+            yield element("polyline", class_=f"line line-{colour} {kind}", points=points(*places))
 
 
 def _point(diagram: BranchDiagram, place: _ShownGait, x: float, y: float) -> Element:

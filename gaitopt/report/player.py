@@ -69,7 +69,7 @@ def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
             "time": round(frame.time, 5),
             "phase": frame.phase,
             "mode": frame.mode.name.lower(),
-            "pace": f"{frame.slowness:.2g}",
+            "pace": frame.pace,
             "charts": [_marks(chart, film.motion, frame) for chart in charts],
         }
     data = {

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.motion.gait_table import Facts, tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
@@ -16,6 +16,7 @@ from gaitopt.report.motion_charts import portraits, time_charts
 from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
+from gaitopt.stability.critical_friction import describe_critical_friction
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
@@ -133,14 +134,13 @@ def cycle_card(cycle: AnyCycle) -> Element:
 
 def _cycle_table(cycle: AnyCycle) -> Element:
     """Return the facts of a periodic gait as a table."""
-    critical = cycle.critical_friction
     facts = [
         ("sequence", cycle.sequence),
         ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
         *((name, f"{value:.9g}") for name, value in cycle.state.items()),
         ("period", f"{cycle.period:.7g} s"),
         ("travel", f"{cycle.travel:.7g} m"),
-        ("friction needed", "slips" if critical is None else f"{critical.friction:.6g}"),
+        ("friction needed", describe_critical_friction(cycle.critical_friction)),
         ("residual", f"{cycle.residual:.1e}"),
         ("section", f"right after {cycle.section}") if isinstance(cycle, PlanarCycle) else ("engine", cycle.engine),
     ]
@@ -166,10 +166,18 @@ def comparison_card(found: Comparison) -> Element:
 
 
 def _side_by_side(gaits: Mapping[str, AnyGait]) -> Element:
-    columns = [dict(tabulate_gait(gait)) for gait in gaits.values()]
+    columns = [_join_facts(tabulate_gait(gait)) for gait in gaits.values()]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = [(name, *(column.get(name, "\N{EN DASH}") for column in columns)) for name in names]
     return table(rows, ("", *gaits), name="Comparison of gaits")
+
+
+def _join_facts(facts: Facts) -> dict[str, str]:
+    """Return facts by name; those of one name, such as the phases, become one text."""
+    joined: dict[str, list[str]] = {}
+    for name, text in facts:
+        joined.setdefault(name, []).append(text)
+    return {name: "; ".join(texts) for name, texts in joined.items()}
 
 
 def facts_table(gait: AnyGait) -> Element:

@@ -1,7 +1,7 @@
 """Stability of gaits: return maps, saltation matrices, periodic gaits and their multipliers.
 
 :func:`find_cycles` finds periodic gaits of a robot, :func:`assess_stability` linearises the step of a given gait, and
-:func:`recovery` measures which pushes a gait recovers from.
+:func:`measure_recovery` measures which pushes a gait recovers from.
 """
 
 from gaitopt.lazy_exports import export_lazily

@@ -12,6 +12,6 @@ from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar
 from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem as PlanarWalkProblem
 from gaitopt.stability.recovery import PushTest as PushTest
 from gaitopt.stability.recovery import Recovery as Recovery
-from gaitopt.stability.recovery import largest_recovery as largest_recovery
-from gaitopt.stability.recovery import recovery as recovery
+from gaitopt.stability.recovery import find_largest_recovery as find_largest_recovery
+from gaitopt.stability.recovery import measure_recovery as measure_recovery
 from gaitopt.stability.walk_problem import WalkProblem as WalkProblem

@@ -1,32 +1,49 @@
 """assess_stability: the multipliers of an optimised gait under a law."""
 
+from typing import overload
+
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, check_law, feedforward
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import find_cycle
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.section import Section
 
 
+@overload
+def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle: ...
+@overload
+def assess_stability(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle: ...
+@overload
+def assess_stability(
+    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
+) -> Cycle | PlanarCycle: ...
 @check_arguments
-def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle:
+def assess_stability(
+    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
+) -> Cycle | PlanarCycle:
     """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
 
     Parameters
     ----------
-    gait : Gait
-    law : Law, optional
+    gait : Gait or PlanarGait
+    law : Law or PlanarLaw, optional
         By default the gait's torques in open loop, with a clock reset at touchdown.
     engine : Engine, optional
+        Of a gait with one foot on the ground.
 
     Returns
     -------
-    Cycle
+    Cycle or PlanarCycle
         Its state may differ slightly from the plan's.
 
     Raises
@@ -41,6 +58,12 @@ def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | Non
     >>> cycle.stable, round(cycle.radius, 2)
     (True, 0.63)
     """
+    if isinstance(gait, PlanarGait):
+        if isinstance(law, Law):
+            raise InputError(f"A gait of a robot with several contacts needs a PlanarLaw, got the Law {law.name!r}.")
+        return assess_planar(gait, law)
+    if isinstance(law, PlanarLaw):
+        raise InputError(f"A gait with one foot on the ground needs a Law, got the PlanarLaw {law.name!r}.")
     check_gait(gait)
     gait.require()
     robot = gait.robot

@@ -44,6 +44,21 @@ class CriticalFriction:
     impact: float
 
 
+def describe_critical_friction(critical: CriticalFriction | None) -> str:
+    """Return the lowest friction without slipping of a gait as text for a table.
+
+    Examples
+    --------
+    >>> describe_critical_friction(None)
+    'slips'
+    >>> describe_critical_friction(CriticalFriction(0.236, 0.1, np.zeros(4), 0.8))
+    '0.8 (impact)'
+    """
+    if critical is None:
+        return "slips"
+    return f"{critical.impact:.6g} (impact)" if critical.impact > critical.friction else f"{critical.friction:.6g}"
+
+
 def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
     """Return the critical friction of a gait that never slips.
 

@@ -1,20 +1,28 @@
 """Recovery of a saved gait from pushes under a law."""
 
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
-from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.hybrid_automaton import Walker, make_walker
+from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.assessment import assess_stability
-from gaitopt.stability.recovery import PushTest, Recovery, recovery
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+from gaitopt.stability.recovery import PushTest, Recovery, measure_recovery
 
 
-def recovery_of(gait: Gait, law: Law, radius: float, test: PushTest | None = None) -> Recovery | None:
+def measure_gait_recovery(
+    gait: AnyGait, law: Law | PlanarLaw, radius: float, test: PushTest | None = None
+) -> Recovery | None:
     """Return the recovery of a gait from a ball of pushes under a law, or None without a periodic gait.
 
     Parameters
     ----------
-    gait : Gait
-    law : Law
+    gait : Gait or PlanarGait
+    law : Law or PlanarLaw
     radius : float [rad/s]
         Radius of the ball of pushes.
     test : PushTest, optional
@@ -23,11 +31,22 @@ def recovery_of(gait: Gait, law: Law, radius: float, test: PushTest | None = Non
     --------
     >>> from gaitopt import feedforward, load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> recovery_of(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
+    >>> measure_gait_recovery(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
     2
     """
     try:
         cycle = assess_stability(gait, law)
     except InputError:
         return None
-    return recovery(make_walker(gait.robot, law, cycle.parameters, period=gait.period), cycle, radius, test)
+    return measure_recovery(walker_near(gait, law, cycle), cycle, radius, test)
+
+
+def walker_near(
+    gait: AnyGait, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | None = None
+) -> Walker | PlanarWalker:
+    """Return the walker of a gait's robot under a law, which walks near a periodic gait."""
+    if isinstance(gait, PlanarGait) and isinstance(cycle, PlanarCycle) and isinstance(law, PlanarLaw):
+        return PlanarWalker(gait.robot, law, cycle.parameters, section=cycle.section, period=cycle.period)
+    if isinstance(gait, Gait) and isinstance(law, Law):
+        return make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)
+    raise InputError(f"The law {law.name!r} does not belong to the gait of robot {gait.robot_name!r}.")

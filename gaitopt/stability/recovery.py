@@ -12,11 +12,12 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import VerificationStep
-from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
-from gaitopt.stability.section_walk import natural_rate
 
 WalkObserver = Callable[[VerificationStep], None]
 
@@ -30,7 +31,9 @@ class Recovery:
 
     A start is the gait's state after touchdown plus a push drawn uniformly from a ball.  With w = sqrt(g / l) and l the
     height of the upright robot, the size of a push [rad/s] is the root of the sum of squares of the changes of the
-    rates, of w times those of the angles, and of that of the foot speed over l.
+    rates, of w times those of the angles, and of that of the foot speed over l.  For a robot with several contacts, l
+    is the height of the highest point drawn at the start of the gait, lengths and their rates are divided by l, and the
+    feet on the ground stay there.
 
     Attributes
     ----------
@@ -106,13 +109,15 @@ class PushTest:
 
 
 @check_arguments
-def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None = None) -> Recovery:
+def measure_recovery(
+    walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle, radius: float, test: PushTest | None = None
+) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
 
     Parameters
     ----------
-    walker : Walker
-    cycle : Cycle
+    walker : Walker or PlanarWalker
+    cycle : Cycle or PlanarCycle
     radius : float [rad/s]
     test : PushTest, optional
 
@@ -125,21 +130,21 @@ def recovery(walker: Walker, cycle: Cycle, radius: float, test: PushTest | None 
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> recovery(walker, gait, 0.01, PushTest(starts=5)).returned
+    >>> measure_recovery(walker, gait, 0.01, PushTest(starts=5)).returned
     5
     """
-    test = test or PushTest()
-    settling = [
-        count_settling_steps(walker, cycle, radius * push, test)
-        for push in draw_pushes(walker.robot, walker.p, cycle.section, test)
-    ]
+    test, walk = test or PushTest(), make_pushed_walk(walker, cycle)
+    settling = [_count_settling_steps(walk, radius * push, test) for push in draw_from_ball(walk.spread, test)]
     returned = tuple(steps for steps in settling if steps is not None)
     return _make_recovery(test, radius, len(returned), returned)
 
 
 @check_arguments
-def largest_recovery(
-    walker: Walker, cycle: Cycle, test: PushTest | None = None, observer: WalkObserver | None = None
+def find_largest_recovery(
+    walker: Walker | PlanarWalker,
+    cycle: Cycle | PlanarCycle,
+    test: PushTest | None = None,
+    observer: WalkObserver | None = None,
 ) -> Recovery:
     """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
 
@@ -147,8 +152,8 @@ def largest_recovery(
 
     Parameters
     ----------
-    walker : Walker
-    cycle : Cycle
+    walker : Walker or PlanarWalker
+    cycle : Cycle or PlanarCycle
         For an unstable gait the radius is 0.
     test : PushTest, optional
     observer : callable, optional
@@ -163,7 +168,7 @@ def largest_recovery(
     >>> wheel = rimless_wheel()
     >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
     >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
-    >>> largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
+    >>> find_largest_recovery(walker, gait, PushTest(starts=3, resolution=0.5)).radius > 0.1
     True
     """
     test = test or PushTest()
@@ -171,11 +176,11 @@ def largest_recovery(
     if not cycle.stable:
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
-    radius = test.largest / 16
+    radius, walk = test.largest / 16, make_pushed_walk(walker, cycle)
     while upper - lower > test.resolution * upper and upper > 1e-6:
         settling = []
-        for push in draw_pushes(walker.robot, walker.p, cycle.section, test):
-            settling.append(count_settling_steps(walker, cycle, radius * push, test))
+        for push in draw_from_ball(walk.spread, test):
+            settling.append(_count_settling_steps(walk, radius * push, test))
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
@@ -222,29 +227,31 @@ def draw_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> Ite
     >>> next(draw_pushes(wheel, p, Section(wheel, p, sliding=False), PushTest(starts=3))).shape
     (1,)
     """
-    rng, scale = np.random.default_rng(test.seed), push_scale(robot, p, section)
+    return draw_from_ball(np.diag(push_scale(robot, p, section)), test)
+
+
+def draw_from_ball(spread: Array, test: PushTest) -> Iterator[Array]:
+    """Yield pushes by points of the unit ball, drawn uniformly; `spread` as of a :class:`PushedWalk`."""
+    rng, size = np.random.default_rng(test.seed), spread.shape[1]
     for _ in range(test.starts):
-        direction = rng.normal(size=scale.size)
-        yield scale * direction / np.linalg.norm(direction) * rng.uniform() ** (1 / scale.size)
+        direction = rng.normal(size=size)
+        yield spread @ direction / np.linalg.norm(direction) * rng.uniform() ** (1 / size)
 
 
-def push_scale(robot: Robot, p: Array, section: Section) -> Array:
-    """Return the change of each coordinate of a section by a push of size 1 rad/s, shape (n_z,)."""
-    (natural, height), n_a = natural_rate(robot, p), len(robot.angles)
-    return np.array([1 / natural] * (n_a - 1) + [1.0] * n_a + ([height] if section.sliding else []))
-
-
-def count_settling_steps(walker: Walker, cycle: Cycle, push: Array, test: PushTest) -> int | None:
+def count_settling_steps(
+    walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle, push: Array, test: PushTest
+) -> int | None:
     """Return the number of steps after which a walk stays within the tolerance of the gait, or None without return."""
-    section = Section(walker.robot, walker.p, sliding=True)
-    fixed_point = section.project(cycle.section.embed(cycle.z))
-    state, outside = cycle.section.embed(cycle.z + push), 0
+    return _count_settling_steps(make_pushed_walk(walker, cycle), push, test)
+
+
+def _count_settling_steps(walk: PushedWalk, push: Array, test: PushTest) -> int | None:
+    state, outside = walk.begin(push), 0
     for step in range(1, test.steps + 1):
-        following = walker.stride(state).following
-        if following is None:
+        state = walk.take_step(state)
+        if state is None:
             return None
-        state = following
-        distance = worst(np.abs(section.project(state) - fixed_point))
+        distance = walk.distance(state)
         if distance > test.tolerance:
             outside = step
         elif distance <= CONVERGED_FRACTION * test.tolerance:

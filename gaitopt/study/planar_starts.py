@@ -10,14 +10,15 @@ from gaitopt.simulation.planar_verification import verify_planar
 
 
 def solve_default(problem: PlanarProblem, starts: int) -> PlanarGait:
-    """Return the gait of lowest objective from the default starts of a problem.
+    """Return the gait of lowest objective from the default starts of a problem, without its certificate.
 
     A guess whose phases are those of another contact sequence is replaced by a line between poses.
     """
     try:
-        return solve_planar(problem, starts=starts)
+        gait = solve_planar(problem, starts=starts)
     except InputError:
-        return solve_planar(problem.replace(guess=PoseGuess()), starts=starts)
+        gait = solve_planar(problem.replace(guess=PoseGuess()), starts=starts)
+    return gait.without_certificate()
 
 
 def select_best(gaits: list[PlanarGait]) -> PlanarGait:

@@ -12,7 +12,7 @@ from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
-from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.stability.recovery import PushTest, find_largest_recovery
 
 PUSHES = PushTest(starts=20, resolution=0.1)
 """Pushes by which the recovery of a gait is measured."""
@@ -51,4 +51,4 @@ def measure_recovery(gait: Gait) -> float:
     except InputError:
         return 0.0
     walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
-    return largest_recovery(walker, cycle, PUSHES).radius
+    return find_largest_recovery(walker, cycle, PUSHES).radius

@@ -16,7 +16,7 @@ from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.recovery import PushTest, Recovery, largest_recovery
+from gaitopt.stability.recovery import PushTest, Recovery, find_largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
 from gaitopt.tuning.record import Trial, Tuning
@@ -141,4 +141,4 @@ def _verify_tuning(
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
     walker = make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)
-    return largest_recovery(walker, cycle, test, observer)
+    return find_largest_recovery(walker, cycle, test, observer)

@@ -20,7 +20,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.stability import largest_recovery, recovery
+from gaitopt.stability import find_largest_recovery, measure_recovery
 from gaitopt.study import controlled_gait, imitate
 from gaitopt.tuning import controller_family_named
 
@@ -89,9 +89,9 @@ def assess_open_loop(name):
 
 def largest_ball(name, law, cycle, starts):
     """Return the recovery from the largest ball of pushes from which all walks return."""
-    return largest_recovery(walker(name, law), cycle, PushTest(starts=starts))
+    return find_largest_recovery(walker(name, law), cycle, PushTest(starts=starts))
 
 
 def recovery_rate(name, law, cycle, radius, starts):
     """Return the fraction of pushes in a ball from which the walker returns."""
-    return recovery(walker(name, law), cycle, radius, PushTest(starts=starts)).fraction
+    return measure_recovery(walker(name, law), cycle, radius, PushTest(starts=starts)).fraction

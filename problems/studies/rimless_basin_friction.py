@@ -13,7 +13,7 @@ from rimless_closed_forms import fastest_speed, slowest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
 from gaitopt import Execution, SettlingCriterion, basin, rimless_wheel
-from gaitopt.study import Reproduction, basin_edges
+from gaitopt.study import Reproduction, locate_basin_edges
 
 MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
 
@@ -45,7 +45,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
 def _upper_end(friction):
     """Return the initial rate above which the foot lifts off."""
     rates = {"theta_rate": [0.8, 1.0, 1.2]}
-    edges = basin_edges(rimless_wheel(), wheel(friction), rates, tolerance=1e-6, patience=MAX_FAILED_STARTS)
+    edges = locate_basin_edges(rimless_wheel(), wheel(friction), rates, tolerance=1e-6, patience=MAX_FAILED_STARTS)
     return next(value for value, _, above in edges if above == "lift_off")
 
 

@@ -14,7 +14,7 @@ from rimless_closed_forms import fastest_speed, gait_speed, slope_range, slowest
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 
 from gaitopt import Execution, SettlingCriterion, basin, rimless_wheel
-from gaitopt.study import PublishedValue, Reproduction, basin_edges
+from gaitopt.study import PublishedValue, Reproduction, locate_basin_edges
 
 MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
 
@@ -56,7 +56,7 @@ def _draw_closed_forms(axes, greatest_slope):
 def _numbers():
     """Return the ends of the basin on the slope of the study."""
     rates = {"theta_rate": np.linspace(0.03, 1.2, 8)}
-    edges = basin_edges(rimless_wheel(), wheel(), rates, tolerance=1e-9, patience=MAX_FAILED_STARTS)
+    edges = locate_basin_edges(rimless_wheel(), wheel(), rates, tolerance=1e-9, patience=MAX_FAILED_STARTS)
     lower, upper = edges[0][0], edges[-1][0]
     place = f"basin of Type A, alpha = {SLOPE:g} deg, unlimited friction"
     exact = fastest_speed(SPOKES, INERTIA_RATIO, math.radians(SLOPE))

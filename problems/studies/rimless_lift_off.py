@@ -13,7 +13,7 @@ from rimless_closed_forms import fastest_speed
 from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, walk, wheel
 
 from gaitopt import Mode, SettlingCriterion, rimless_wheel
-from gaitopt.study import PublishedValue, Reproduction, basin_edges
+from gaitopt.study import PublishedValue, Reproduction, locate_basin_edges
 
 
 def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, tolerance=1e-9):
@@ -48,7 +48,7 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
 def _onset(friction, samples, tolerance):
     """Return the initial rate above which the foot lifts off in the first step."""
     rates = {"theta_rate": np.linspace(0.8, 1.3, samples)}
-    edges = basin_edges(
+    edges = locate_basin_edges(
         rimless_wheel(), wheel(friction), rates, tolerance=tolerance, patience=SettlingCriterion(steps=1)
     )
     return next(value for value, _, above in edges if above == "lift_off")

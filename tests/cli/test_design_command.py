@@ -38,6 +38,33 @@ def test_a_single_problem_is_a_family_of_one(command, script, folder):
     assert 1.0 < load(folder / "here" / "own_1.h5").design["hip_mass"] < 3.0
 
 
+PLANAR = """
+from gaitopt import Collocation
+from gaitopt.model import compass_with_two_feet
+from gaitopt.ocp import PlanarLimits, PlanarProblem
+
+
+def problem(free=(1.0, 3.0)):
+    return PlanarProblem(
+        robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.633, step_length=0.4713,
+        objective="torque_squared", limits=PlanarLimits(torque={"ankle B": 0}),
+        transcription=Collocation(intervals=10), free={"hip_mass": free} if free else {},
+    )
+"""
+
+
+def test_a_robot_with_several_contacts_is_designed_as_well(command, script, folder):
+    run = command("design", script(PLANAR), "-o", "here")
+    assert run.status == 0, run.err
+    assert "design: hip_mass 2.4" in run.out
+    gait = load(folder / "here" / "own_1.h5")
+    assert 2.4 < gait.design["hip_mass"] < 2.5
+    assert gait.verification.passed
+    refused = command("design", script(PLANAR), "--set", "free=None")
+    assert refused.status == 2
+    assert "it returned a PlanarProblem without free parameters" in refused.err
+
+
 def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     run = command("design", script(SCRIPT), "--set", "torque=0.1")
     assert run.status == 1

@@ -33,6 +33,7 @@ def run(capsys, *words):
         ("report", "hop.html", []),
         ("export", "hop.csv", []),
         ("export", "hop.json", []),
+        ("export", "hop.c", ["--law", "step_lqr"]),
     ],
 )
 def test_a_saved_gait_is_drawn_reported_and_exported(capsys, hop, tmp_path, command, name, options):
@@ -48,8 +49,8 @@ def test_a_saved_gait_is_drawn_reported_and_exported(capsys, hop, tmp_path, comm
         (("plot", "-o", "hop.bmp"), "'.bmp' is not that of a known format"),
         (("animate", "-o", "hop.png"), "'.png' is not that of a known format"),
         (("export", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
-        (("export", "-o", "hop.c"), "gait of a robot with several contacts"),
-        (("export", "-o", "hop.json", "--law", "lqr"), "gait of a robot with several contacts"),
+        (("export", "-o", "hop.c", "--law", "pid"), "There is no feedback law 'pid' for a robot with several contacts"),
+        (("export", "-o", "hop.json", "--law", "lqr"), "leave out the law, or export a controller"),
         (("compare", "-o", "hop.png"), "gait of a robot with several contacts"),
     ],
 )

@@ -51,7 +51,12 @@ def test_the_file_states_its_script_and_parameters(capsys, hop):
 def test_the_table_of_a_file_is_that_of_the_solution(capsys, hop):
     status, printed = run(capsys, "show", str(hop))
     assert status == 0
-    for part in ("foot stick > flight |", "hop_effort", "foot closes; impulse foot (", "passed: contact sequence"):
+    for part in (
+        "foot stick > flight |",
+        "hop_effort",
+        "foot closes at 0.4 s; impulse foot (",
+        "passed: contact sequence",
+    ):
         assert part in " ".join(printed.out.split())
 
 
@@ -83,13 +88,20 @@ def test_the_file_has_the_name_of_the_script_by_default(capsys, tmp_path, monkey
     assert [path.name for path in tmp_path.iterdir()] == ["monopod.h5"]
 
 
+def test_a_gait_is_exported_as_a_controller(capsys, hop, tmp_path):
+    path = tmp_path / "controller.py"
+    assert run(capsys, "export", str(hop), "-o", str(path), "--law", "joint_pd")[0] in (0, None)
+    text = path.read_text(encoding="utf-8")
+    assert "class Controller" in text
+    assert "robot monopod, law joint_pd" in text
+
+
 @pytest.mark.parametrize(
     ("words", "advice"),
     [
         (("simulate",), "'gaitopt show', 'verify'"),
         (("tune",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
         (("push",), "'gaitopt stability FILE --law lqr' (or step_lqr)"),
-        (("export", "-o", "controller.c"), "'gaitopt show', 'verify'"),
     ],
 )
 def test_commands_on_walkers_name_those_that_accept_the_file(capsys, hop, words, advice):

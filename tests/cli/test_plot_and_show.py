@@ -1,12 +1,14 @@
 """plot and show accept files of every kind, and push stores its result."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gaitopt import basin, load_basin, rimless_wheel
+from gaitopt import WalkProblem, basin, load_basin, rimless_wheel, trace
+from gaitopt.continuation import save_diagram
 from gaitopt.study import RobustnessMargins, RobustnessRecord, load_result, load_robustness, save_robustness
 
 
@@ -33,6 +35,28 @@ def test_files_of_each_kind_are_drawn_and_printed(command, folder, root, record)
         "plot", root / "docs/examples/compass_slope.nc", "--quantity", "th2_rate", "-o", folder / "branch.svg"
     )
     assert done.status == 0
+
+
+def test_the_page_of_a_saved_diagram_is_written(command, folder, root):
+    wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": 0.2269, "spokes": 8})
+    save_diagram(trace(wheel, {"friction": (1.0, 0.99)}), folder / "wheel.nc")
+    done = command("plot", folder / "wheel.nc", "-o", "wheel.html", "--json")
+    assert (done.status, done.json) == (0, {"file": "wheel.html"})
+    page = (folder / "wheel.html").read_text(encoding="utf-8")
+    assert 'class="film"' in page
+    assert "not found again" not in page
+    script = root / "problems/rimless_wheel.py"  # with another number of spokes, which the diagram replaces
+    assert command("plot", folder / "wheel.nc", "-o", "other.html", "--problem", script).status == 0
+    assert (folder / "other.html").read_text(encoding="utf-8") == page
+    slope = root / "docs/examples/compass_slope.nc"
+    for arguments, message in [
+        ((slope, "-o", "x.html", "--problem", script), "The gaits in .*compass_slope.nc are not the gaits of"),
+        ((slope, "-o", "x.png", "--problem", script), "--problem is accepted for the page of a diagram"),
+        ((root / "docs/examples/compass_slip.h5", "-o", "x.html"), "A page .* is written for a diagram of periodic"),
+    ]:
+        done = command("plot", *arguments)
+        assert done.status == 2
+        assert re.search(message, " ".join(done.err.split()))
 
 
 def test_stored_results_are_the_same(folder, record):

@@ -1,4 +1,6 @@
+import itertools
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -160,6 +162,20 @@ def test_every_command_helps_with_an_example(command, verb):
     run = command(verb, "--help")
     assert run.status == 0
     assert f"Example: gaitopt {verb}" in run.out
+
+
+def test_paragraphs_of_help_are_wrapped_to_the_terminal_only(command, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    described = command("push", "--help").out.partition("Options")[0]
+    paragraphs = [part.splitlines() for part in re.split(r"\n\s*\n", described.strip())]
+    broken = [
+        line
+        for lines in paragraphs
+        for line, following in itertools.pairwise(lines)
+        if len(f"{line.rstrip()} {following.split()[0]}") < 79
+    ]
+    assert len(paragraphs) > 4
+    assert not broken
 
 
 def test_json_is_one_object_and_nothing_else(command, slip_file):

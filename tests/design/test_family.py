@@ -11,6 +11,7 @@ from gaitopt import (
     Family,
     GaitProblem,
     InputError,
+    Ipopt,
     Limits,
     StabilityBound,
     assess_stability,
@@ -148,6 +149,23 @@ def test_gaits_at_two_frictions_share_their_torques():
         assert gait.motion.parameters["friction"] == problem.friction
         assert verify(gait).verification.passed
         assert solve(problem).solver.objective < gait.solver.objective - 0.3
+
+
+@pytest.mark.slow
+def test_eight_gaits_share_their_torques_if_speed_and_step_length_have_bounds():
+    """With values instead of bounds, the conditions of the gaits on the torques nearly contradict each other."""
+    bounded = PROBLEM.replace(free={}, speed=(0.628, 0.638), step_length=(0.466, 0.476))
+    result = Family([bounded.replace(friction=mu) for mu in np.linspace(0.14, 0.16, 8)], shared="torques").solve()
+    assert result.status.ok, result.message
+    assert result.iterations < 60
+    assert all(0.628 - 1e-6 <= gait.speed <= 0.638 + 1e-6 for gait in result.gaits)
+
+
+def test_the_message_of_gaits_without_common_torques_advises_bounds():
+    exact = [PROBLEM.replace(free={}, friction=mu) for mu in (0.14, 0.16)]
+    failed = Family(exact, shared="torques").solve(solver=Ipopt(max_iterations=2))
+    assert not failed.status.ok
+    assert failed.message.endswith("state bounds such as speed=(0.6267, 0.6393), step_length=(0.4666, 0.476)")
 
 
 def test_gaits_at_two_speeds_share_the_gains_of_their_law():

@@ -48,7 +48,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.continuation import gaits_at
-from gaitopt.study import basin_edges, ending_labels, imitate
+from gaitopt.study import ending_labels, imitate, locate_basin_edges
 from gaitopt.tuning import controller_family_named
 
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
@@ -279,7 +279,7 @@ def label_basin(statement):
 
 def locate_edges(statement):
     """Return where the ending of walks changes along a coordinate: value, ending below, ending above."""
-    edges = basin_edges(
+    edges = locate_basin_edges(
         make_robot(statement["robot"]),
         statement["parameters"],
         {statement["coordinate"]: np.linspace(*statement["interval"], statement["samples"])},

@@ -107,7 +107,7 @@ def special_values(root):
     return {
         "simulate": simulation,
         "basin": {"robot": wheel, "axes": {"theta_rate": [0.1]}, "law": passive(wheel)},
-        "basin_edges": {"robot": wheel, "axes": {"theta_rate": [0.1, 0.2]}, "law": passive(wheel), "fixed": {}},
+        "locate_basin_edges": {"robot": wheel, "axes": {"theta_rate": [0.1, 0.2]}, "law": passive(wheel), "fixed": {}},
         "find_cycles": {"robot": wheel, "parameters": {"slope": 0.2}, "law": passive(wheel), "sequence": None},
         "simulate_planar": planar,
         "solve_planar_impact": planar,

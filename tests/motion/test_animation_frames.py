@@ -1,5 +1,7 @@
 """AnimationFrames: which instant a frame shows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,7 @@ def test_a_short_slip_is_slowed_until_it_can_be_seen(film):
     assert len(slipping) == pytest.approx(SHORTEST_SLIP * 100, abs=1)
     assert slipping[0].slowness == pytest.approx(SHORTEST_SLIP / film.motion.segments[0].duration)
     assert {round(frame.slowness, 9) for frame in frames if frame.mode is Mode.STICK} == {2.0}
+    assert [replace(slipping[0], slowness=value).pace for value in (2.0, 25.4, 254.0)] == ["2", "25", "254"]
 
 
 def test_the_landing_foot_becomes_the_stance_foot(film, slipping):

@@ -124,6 +124,18 @@ def test_slip_in_one_direction_is_possible_if_gravity_balances_friction():
     assert explain_one_way_slip(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
 
 
+@pytest.mark.parametrize("pulled", [False, True])
+def test_an_actuator_along_the_travel_may_balance_friction(pulled):
+    c = PlanarCoordinates(("x", "y"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")])
+    place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    actuators = {"jump": place[1], **({"rope": place[0]} if pulled else {})}
+    sledge = assemble_planar(
+        "sledge", c, bodies=[PointMass(1.0, place)], contacts={"foot": PointContact(place)}, actuators=actuators
+    )
+    problem = PlanarProblem(robot=sledge, sequence="foot slip+ > flight |", friction=0.3, speed=1.0)
+    assert (explain_one_way_slip(problem) is None) is pulled
+
+
 def test_slip_in_one_direction_is_possible_if_drag_balances_friction():
     c = PlanarCoordinates(("x", "y"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")])
     place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))

@@ -111,3 +111,25 @@ def test_active_constraints_without_multiplier_exclude_a_saddle():
     result = check_second_order(nlp, np.zeros(2), (np.zeros(2), np.zeros(2)), data, limits)
     assert (result.verdict, result.weak.size, result.dependent) == (Verdict.UNDECIDED, 3, 2)
     assert (result.free_directions, result.curvature) == (2, pytest.approx(-2.0))
+
+
+@pytest.mark.parametrize(("lower", "expected"), [(0.99, Verdict.STRICT), (-1.0, Verdict.SADDLE)])
+def test_a_bound_that_is_almost_active_excludes_a_saddle_unless_the_cost_decreases_beyond_it(lower, expected):
+    """An interior-point method left y at 4e-6 from its bound 1, with a multiplier of 3e-6, which is less.
+
+    Away from the bound by d the cost changes by 3e-6 d - 5e-5 d^2, which is positive up to d = 0.06.
+    """
+    block = Block(
+        name="toy",
+        variables=ca.vertcat(X, Y),
+        cost=X**2 + 3e-6 * (1 - Y) - 5e-5 * (1 - Y) ** 2,
+        constraints=ca.SX(0, 1),
+        columns=np.array([[0], [1]]),
+        rows=np.empty((0, 1), dtype=int),
+    )
+    limits = Bounds(np.array([-np.inf, lower]), np.array([np.inf, 1.0]), np.empty(0), np.empty(0))
+    nlp, data = assemble_nlp([block], ca.SX.sym("z", 1), 2, 0, smooth=True), np.array([0.0])
+    multipliers = (np.array([0.0, 3e-6]), np.empty(0))
+    result = check_second_order(nlp, np.array([0.0, 1 - 4e-6]), multipliers, data, limits)
+    assert result.verdict is expected
+    assert (result.curvature > 0) == (expected is Verdict.STRICT)

@@ -1,5 +1,6 @@
 """Plans of several steps on a terrain: footholds, energy, and replay on the same ground."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from gaitopt.model import Terrain
 from gaitopt.ocp import MultiStepProblem, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.ocp.multistep import multistep_solver
 from gaitopt.ocp.multistep.foothold_ground import find_footholds, passes_change, rise_between
+from gaitopt.ocp.multistep.multistep_gait import join_steps
 from gaitopt.ocp.multistep.terrain_check import find_scuffs
 from gaitopt.ocp.transcription.swing_terrain import smooth_height
 from gaitopt.plot.ground_line import find_profile
@@ -87,6 +89,20 @@ def test_the_start_pose_has_both_feet_on_the_same_piece(periodic):
     np.testing.assert_allclose(
         gait.plans[0].segments[0].q[2:, 0], [problem.start["th1"], problem.start["th2"]], atol=1e-8
     )
+
+
+def test_an_obstacle_between_two_footholds_counts_also_behind_the_stance_foot(periodic):
+    """A bump that is 2 cm high: the first step of 0.45 m clears it, and the foot drags through it in the second."""
+    bump = Terrain(steps=[(0.25, 0.02), (0.3, -0.02)])
+    problem = walk(periodic, bump, ("stick | stick",) * 2)
+    motion = join_steps([periodic.motion] * 2, terrain=bump)
+    motion = replace(motion, parameters=motion.parameters | {"rise": 0.0})
+    (scuff,) = find_scuffs(problem, motion).items()
+    assert scuff[0] == 1
+    assert 0.01 < scuff[1][0] <= 0.02
+    assert 0.25 <= scuff[1][1] <= 0.3
+    level = Terrain(steps=[(0.25, 0.0)])
+    assert not find_scuffs(walk(periodic, level, ("stick | stick",) * 2), motion)
 
 
 @pytest.mark.slow

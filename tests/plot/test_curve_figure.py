@@ -1,12 +1,13 @@
-"""The map of the regions that curves of special points bound."""
+"""Figures of branches, and the map of the regions that curves of special points bound."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gaitopt import InputError, load_diagram
+from gaitopt import InputError, load_diagram, plot_branches
 from gaitopt.continuation import SpecialCurve, SpecialKind
+from gaitopt.continuation.branch_diagram import split_branch
 from gaitopt.plot import plot_curves
 from tests.conftest import ROOT
 
@@ -45,3 +46,40 @@ def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(d
 def test_a_diagram_without_curves_is_named(diagram):
     with pytest.raises(InputError, match="has no curves of special points"):
         plot_curves(diagram)
+
+
+def test_special_points_of_a_longer_period_are_marked_at_each_step(diagram):
+    """The second doubling is that of a gait of two steps; each marker lies on its branch."""
+    branch = diagram.branches[1]
+    (point,) = branch.special_of(SpecialKind.PERIOD_DOUBLING)
+    orbit = branch.orbit_of(point)
+    np.testing.assert_array_equal(orbit[0], point.z)
+    nearest = np.argmin(np.abs(branch.values - point.value))
+    np.testing.assert_allclose(orbit[1], branch.orbits[nearest, 1], atol=1e-6)
+    assert np.max(np.abs(orbit[1] - orbit[0])) > 0.01
+    markers = [line.get_ydata() for line in plot_branches(diagram).axes[0].lines if line.get_marker() == "D"]
+    assert [len(heights) for heights in markers] == [1, 2, 4, 8, 16]
+    np.testing.assert_allclose(np.deg2rad(markers[1]), orbit[:, 0])
+
+
+def test_a_stable_line_ends_at_the_bifurcation(diagram):
+    branch = diagram.branches[0]
+    (point,) = branch.special_of(SpecialKind.PERIOD_DOUBLING)
+    pieces = list(split_branch(branch))
+    assert [stable for _, _, stable in pieces] == [True, False]
+    for piece, end in zip((piece for piece, _, _ in pieces), (-1, 0), strict=True):
+        assert branch.values[piece][end] == pytest.approx(point.value, abs=1e-9)
+    # Without the located point, the line between the neighbours is that of the unstable gait.
+    apart = np.abs(branch.radii - 1) > 1e-6
+    arrays = {name: getattr(branch, name)[apart] for name in ("values", "orbits", "multipliers")}
+    coarse = replace(branch, sequences=tuple(np.array(branch.sequences)[apart].tolist()), **arrays)
+    (_, *_), (piece, _, stable) = split_branch(coarse)
+    assert not stable
+    assert coarse.stable[piece.start]
+
+
+def test_pieces_of_different_sequences_are_joined_only_where_the_quantity_is_continuous(diagram):
+    branch = replace(diagram.branches[0], sequences=("a | b",) * 3 + ("c | b",) * (len(diagram.branches[0].values) - 3))
+    assert next(piece.stop for piece, _, _ in split_branch(branch)) == 4
+    apart = list(split_branch(branch, joined=False))
+    assert (apart[0][0].stop, apart[1][0].start, apart[0][1], apart[1][1]) == (3, 3, "a | b", "c | b")

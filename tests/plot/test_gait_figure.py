@@ -12,7 +12,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from gaitopt import plot_gait
+from gaitopt import FigureStyle, plot_gait
 from gaitopt.plot.panels import sample_force_ratio, short_slips
 from gaitopt.plot.stick_figures import choose_instants
 
@@ -57,10 +57,23 @@ def test_title_says_whether_the_gait_was_replayed(slipping):
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
 
 
+def test_the_bar_of_an_impact_does_not_begin_a_line_of_the_title(slipping):
+    for width in (2.5, 3.5, 5.0):
+        title = plot_gait(slipping, style=FigureStyle(width=width)).get_suptitle()
+        assert not any(line.startswith("|") for line in title.splitlines())
+
+
+def test_a_column_explains_its_shading_and_keeps_the_size_of_its_letters(slipping):
+    axes = axes_of(plot_gait(slipping, style=FigureStyle(width=3.5, font_size=6)))
+    assert "slip+ phase" in [text.get_text() for text in axes["angles"].get_legend().get_texts()]
+    assert {text.get_fontsize() for text in axes["stick figures"].texts} == {5.5}
+
+
 def test_only_slip_phases_are_shaded(slipping, sticking, slipping_both_ways):
     for gait, expected in ((slipping, ["slip+"]), (sticking, []), (slipping_both_ways, ["slip+", "slip-"])):
         axes = axes_of(draw(gait))
-        assert all(shades(axes[name]) == expected for name in PANELS)
+        assert ("foot speed" in axes) == bool(expected)  # a panel of zeros is not drawn
+        assert all(shades(axes[name]) == expected for name in PANELS if name in axes)
 
 
 def test_phases_are_named_above_the_panels(slipping_both_ways):

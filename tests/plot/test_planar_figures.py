@@ -8,11 +8,19 @@ import pytest
 
 from gaitopt import FigureStyle, InputError, animate, plot_gait
 from gaitopt.cli.script import call_script
-from gaitopt.model import PlanarCoordinates, PointContact, PointMass, Terrain, assemble_planar
+from gaitopt.model import (
+    PlanarCoordinates,
+    PointContact,
+    PointMass,
+    Terrain,
+    adapt_to_uneven_ground,
+    assemble_planar,
+)
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.model.robots.round_foot_walker import round_foot_walker
+from gaitopt.motion.kinematic_motion import PhaseKinematics, make_kinematic_motion
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
@@ -64,10 +72,10 @@ def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
         "actuator forces",
         "normal forces",
         "force ratio",
-        "foot speed",
     ]
     assert [name for name in axes if name in expected] == expected
-    assert axes["actuator forces"].get_ylabel() == "actuator [N]"
+    assert "foot speed" not in axes  # no contact slips
+    assert axes["actuator forces"].get_ylabel() == "force [N]"
     assert labels(axes["modes"]) == ["foot"]
     assert "flight" in [text.get_text() for text in axes["modes"].texts]
     assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
@@ -154,6 +162,19 @@ def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
     check_texts(plot_gait(hop_gait))
     narrow = plot_gait(hop_gait, style=FigureStyle(width=3.5, titled=False))
     assert every_text(narrow)
+
+
+def test_the_mark_of_a_foot_on_inclined_ground_is_at_its_leg(compass):
+    """The slide is along the ground, and the figure shows positions along and across the plane."""
+    robot, count = adapt_to_uneven_ground(compass), 3
+    q = np.array([[0.0, 0.1, 0.2], [0.0] * 3, [0.1] * 3, [-0.1] * 3])
+    phase = PhaseKinematics(
+        mode=Mode.SLIP_FORWARD, time=np.arange(3.0), q=q, v=np.ones((4, count)), torque=np.zeros((2, count))
+    )
+    motion = make_kinematic_motion(robot, {"incline": 0.2, "friction": 0.5}, [phase])
+    part, foot = view_motion(motion).segments[0], view_motion(motion).foot_points[0]
+    np.testing.assert_allclose(part.places[:, 0], part.points[:, foot], atol=1e-12)
+    assert part.places[1, 0, -1] == pytest.approx(0.2 * np.sin(0.2))
 
 
 def test_a_view_of_a_view_is_itself(slip_gait):

@@ -19,12 +19,23 @@ def text(hop_gait, slip_gait, tmp_path_factory):
     return write_report({"hop": hop_gait, "walk": slip_gait}, path).read_text(encoding="utf-8")
 
 
+def test_a_comparison_states_every_phase(text):
+    comparison = text.partition("<h2>Comparison</h2>")[2].partition("</section>")[0]
+    assert re.search(r"foot stick for [\d.]+ s; flight for [\d.]+ s", comparison)
+
+
 def films(text):
     return [json.loads(film) for film in re.findall(r'class="film">(.*?)</script>', text)]
 
 
 def test_the_page_names_every_contact_its_modes_and_its_impulse(text, hop_gait):
-    for part in ("foot stick", "flight", "foot closes; impulse foot (", "Normal forces over the weight", "Lengths"):
+    for part in (
+        "foot stick",
+        "flight",
+        "foot closes at 0.4 s; impulse foot (",
+        "Normal forces over the weight",
+        "Lengths",
+    ):
         assert part in text
     for contact in ("foot",):
         assert re.search(rf'<i class="swatch stance"></i>{contact}<', text)

@@ -9,7 +9,7 @@ from gaitopt import compass_biped, passive, rimless_wheel, simulate
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.critical_friction import critical_friction
 from gaitopt.stability.return_map import Passage
-from gaitopt.study import basin_edges
+from gaitopt.study import locate_basin_edges
 
 
 def test_contact_force_that_pulls_at_the_start_is_lift_off(engine):
@@ -21,7 +21,9 @@ def test_contact_force_that_pulls_at_the_start_is_lift_off(engine):
     for factor, stop in ((1 - 1e-6, "fell"), (1 + 1e-6, "lift_off")):
         walk = simulate(rimless_wheel(), [0, 0, theta], [0, 0, factor * fastest], {"slope": slope}, engine=engine)
         assert (walk.stop.key == "lift_off") is (stop == "lift_off")
-    edges = basin_edges(rimless_wheel(), {"slope": slope}, {"theta_rate": np.linspace(2.8, 3.3, 4)}, engine=engine)
+    edges = locate_basin_edges(
+        rimless_wheel(), {"slope": slope}, {"theta_rate": np.linspace(2.8, 3.3, 4)}, engine=engine
+    )
     assert edges[-1][0] == pytest.approx(fastest, abs=1e-8)
 
 

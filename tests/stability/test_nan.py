@@ -11,7 +11,7 @@ from gaitopt import Mode, PushTest, ScipyEngine, passive
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.one_sided import one_sided_derivatives
-from gaitopt.stability.recovery import recovery
+from gaitopt.stability.recovery import measure_recovery
 from gaitopt.stability.return_map import Passage
 from tests.stability.conftest import WHEEL
 
@@ -38,10 +38,10 @@ def test_a_multiplier_that_is_nan_is_unstable(wheel_gait, nan_first):
 def test_a_walk_whose_state_is_nan_has_not_returned(wheel_gait, wheel, monkeypatch):
     """It once counted as returned after one step."""
     walker, test = walker_of(wheel, wheel_gait), PushTest(starts=2, steps=3)
-    assert recovery(walker, wheel_gait, 0.01, PushTest(starts=2, tolerance=0.1)).complete
+    assert measure_recovery(walker, wheel_gait, 0.01, PushTest(starts=2, tolerance=0.1)).complete
     lost = SimpleNamespace(following=np.full(2 * wheel.n_q, np.nan))
     monkeypatch.setattr(walker, "stride", lambda state: lost)
-    assert recovery(walker, wheel_gait, 0.01, test).returned == 0
+    assert measure_recovery(walker, wheel_gait, 0.01, test).returned == 0
 
 
 @pytest.mark.parametrize("what", ["end", "derivative"])

@@ -9,7 +9,7 @@ import pytest
 from gaitopt import InputError, PushTest, assess_stability, compass_biped, feedforward, load
 from gaitopt.simulation import StepLimits, default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.recovery import largest_recovery, recovery
+from gaitopt.stability.recovery import find_largest_recovery, measure_recovery
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)
 
@@ -25,7 +25,7 @@ def open_loop():
 
 def test_small_pushes_are_recovered_from_at_the_rate_of_the_multipliers(open_loop):
     walker, cycle = open_loop
-    found = recovery(walker, cycle, 5e-4, TEST)
+    found = measure_recovery(walker, cycle, 5e-4, TEST)
     assert found.complete
     # A deviation of at most 1e-3 falls below 1e-4 in about log(0.1) / log(radius) steps, more for oblique ones.
     assert max(found.settling) <= np.log(0.1) / np.log(cycle.radius) + 10
@@ -33,25 +33,25 @@ def test_small_pushes_are_recovered_from_at_the_rate_of_the_multipliers(open_loo
 
 def test_the_largest_radius_is_where_returning_ends(open_loop):
     walker, cycle = open_loop
-    found = largest_recovery(walker, cycle, TEST)
+    found = find_largest_recovery(walker, cycle, TEST)
     assert found.complete
-    assert recovery(walker, cycle, found.radius, TEST).complete
+    assert measure_recovery(walker, cycle, found.radius, TEST).complete
     assert found.radius < found.beyond <= 1.3 * found.radius
-    assert not recovery(walker, cycle, found.beyond, TEST).complete
+    assert not measure_recovery(walker, cycle, found.beyond, TEST).complete
 
 
 def test_pushes_are_seeded(open_loop):
     walker, cycle = open_loop
-    one, two = (recovery(walker, cycle, 1e-3, TEST).settling for _ in range(2))
+    one, two = (measure_recovery(walker, cycle, 1e-3, TEST).settling for _ in range(2))
     assert one == two
-    other = recovery(walker, cycle, 1e-3, attrs.evolve(TEST, seed=1))
+    other = measure_recovery(walker, cycle, 1e-3, attrs.evolve(TEST, seed=1))
     assert other.settling != one
 
 
 def test_an_unstable_gait_is_returned_to_from_nowhere(open_loop):
     walker, cycle = open_loop
     unstable = dataclasses.replace(cycle, multipliers=2 * np.ones(4, complex))
-    assert largest_recovery(walker, unstable, TEST).radius == 0
+    assert find_largest_recovery(walker, unstable, TEST).radius == 0
 
 
 def test_mistakes_are_explained():

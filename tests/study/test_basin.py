@@ -19,7 +19,7 @@ from gaitopt import (
     rimless_wheel,
 )
 from gaitopt.simulation.scipy_engine import ScipyEngine
-from gaitopt.study import basin_edges, ending_labels, ending_shares, save_basin
+from gaitopt.study import ending_labels, ending_shares, locate_basin_edges, save_basin
 from gaitopt.study.basins.basin_file import Endings, basin_key, endings_of, make_basin
 from gaitopt.study.basins.basin_record import BasinRecord
 from gaitopt.study.basins.basin_walk import walk_over
@@ -30,7 +30,7 @@ GRID = {"theta_rate": np.linspace(0.1, 3.2, 6)}
 
 
 def test_basin_of_type_a_without_friction_limit():
-    edges = basin_edges(rimless_wheel(), WHEEL, {"theta_rate": np.linspace(0.05, 3.0, 8)}, tolerance=1e-7)
+    edges = locate_basin_edges(rimless_wheel(), WHEEL, {"theta_rate": np.linspace(0.05, 3.0, 8)}, tolerance=1e-7)
     assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]
     # Gamus & Or (2015): 0.0872 < thd < 0.9595 in rad/tau_c.
     assert [value * NATURAL_TIME for value, *_ in edges] == pytest.approx([0.0872, 0.9595], abs=5e-5)
@@ -224,12 +224,12 @@ def test_file_of_another_law_is_not_gone_on_with(tmp_path):
 
 def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
     # Between 'fell' and 'lift_off' at two far samples lies the whole basin of Type A.
-    edges = basin_edges(rimless_wheel(), WHEEL, {"theta_rate": [0.05, 3.5]}, tolerance=1e-4)
+    edges = locate_basin_edges(rimless_wheel(), WHEEL, {"theta_rate": [0.05, 3.5]}, tolerance=1e-4)
     assert [labels for _, *labels in edges] == [["fell", "stick | stick"], ["stick | stick", "lift_off"]]
 
 
 def test_edges_are_located_to_the_last_digit():
-    edges = basin_edges(rimless_wheel(), WHEEL, {"theta_rate": [2.0, 3.0]}, tolerance=1e-300)
+    edges = locate_basin_edges(rimless_wheel(), WHEEL, {"theta_rate": [2.0, 3.0]}, tolerance=1e-300)
     (edge, below, above) = edges[0]
     assert (below, above) == ("stick | stick", "lift_off")
     assert ending_labels(basin(rimless_wheel(), WHEEL, {"theta_rate": [edge - 1e-14, edge + 1e-14]})).tolist() == [
@@ -252,7 +252,7 @@ def test_edges_are_located_to_the_last_digit():
 )
 def test_edges_that_cannot_be_are_refused(axes, options, message):
     with pytest.raises(InputError, match=message):
-        basin_edges(rimless_wheel(), WHEEL, axes, **options)
+        locate_basin_edges(rimless_wheel(), WHEEL, axes, **options)
 
 
 def test_a_full_disk_leaves_a_basin_as_it_was(tmp_path, full_disk):

@@ -5,20 +5,23 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.continuation.diagram_table import (
+    complex_columns,
+    join_rows,
+    make_attributes,
+    pad_columns,
+    write_diagram,
+)
 from gaitopt.continuation.optimal.optimal_branch import (
     LowestCostChange,
     OptimalBranch,
     OptimalDiagram,
     OptimalSpecialPoint,
 )
-from gaitopt.motion.atomic import reserve, write_atomically
-from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.hdf5 import read_hdf5
-from gaitopt.motion.versions import versions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +78,7 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     names = max((branch.names for branch in branches), key=len, default=())
     unit, size = {"units": diagram.unit}, len(names)
     points: dict[str, Any] = {
-        short: ("point", _join([getattr(branch, name) for branch in branches])) for name, short in COLUMNS.items()
+        short: ("point", join_rows([getattr(branch, name) for branch in branches])) for name, short in COLUMNS.items()
     }
     points = {
         key: (dims, array.astype(np.int8) if array.dtype == bool else array) for key, (dims, array) in points.items()
@@ -83,10 +86,12 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
     points["value"] = (*points["value"], unit | {"long_name": diagram.parameter})
     points["cost"] = (*points["cost"], {"long_name": diagram.objective})
     points["branch"] = ("point", np.repeat(np.arange(len(branches)), [branch.values.size for branch in branches]))
-    points["state"] = (("point", "coordinate"), _join([_pad(branch.states, size) for branch in branches], size))
-    multipliers = _join([_pad(branch.multipliers, size) for branch in branches], size)
-    points["multiplier_real"] = (("point", "multiplier"), np.real(multipliers))
-    points["multiplier_imag"] = (("point", "multiplier"), np.imag(multipliers))
+    points["state"] = (
+        ("point", "coordinate"),
+        join_rows([pad_columns(branch.states, size) for branch in branches], size),
+    )
+    multipliers = join_rows([pad_columns(branch.multipliers, size) for branch in branches], size)
+    points |= complex_columns("multiplier", ("point", "multiplier"), multipliers)
     special = [(number, point) for number, branch in enumerate(branches) for point in branch.special]
     for name in SPECIAL:
         column = [getattr(point, name) for _, point in special]
@@ -96,8 +101,8 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
             np.array(column, dtype=object if text else np.int8 if name == "turns" else float),
         )
     points["special_branch"] = ("special", np.array([number for number, _ in special], dtype=int))
-    states = [_pad(point.state[None, :], size) for _, point in special]
-    points["special_state"] = (("special", "coordinate"), _join(states, size))
+    states = [pad_columns(point.state[None, :], size) for _, point in special]
+    points["special_state"] = (("special", "coordinate"), join_rows(states, size))
     return xr.Dataset(points, {"coordinate": list(names)}, _attributes(diagram))
 
 
@@ -129,14 +134,7 @@ def save_optima(diagram: OptimalDiagram, path: str | Path) -> Path:
     ...     load_optima(save_optima(diagram, f"{folder}/optima.nc")).parameter
     'friction'
     """
-    path, table = Path(path), optimal_dataset(diagram)
-    with write_atomically(path) as temporary:
-        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
-        with h5py.File(temporary, "w"):
-            pass  # in the order of names; h5netcdf would keep that of creation
-        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
-        append_checksum(temporary)
-    return path
+    return write_diagram(optimal_dataset(diagram), path)
 
 
 @check_arguments
@@ -174,13 +172,7 @@ def _attributes(diagram: OptimalDiagram) -> dict[str, Any]:
         {name: getattr(branch, name) for name in ("kind", "sequence", "names", "begin", "end", "parent")}
         for branch in diagram.branches
     ]
-    return {
-        "title": f"{diagram.robot}: optimal gaits over {diagram.parameter}",
-        "format": f"gaitopt {KIND}",
-        "format_version": VERSION,
-        "diagram": json.dumps(facts),
-        "versions": json.dumps(versions()),
-    }
+    return make_attributes(KIND, VERSION, f"{diagram.robot}: optimal gaits over {diagram.parameter}", facts)
 
 
 def _read_branch(table: "xr.Dataset", number: int, record: dict[str, Any]) -> OptimalBranch:
@@ -209,14 +201,3 @@ def _plain(value: Any, name: str) -> Any:
     if name == "place":
         return int(value)
     return bool(value) if name == "turns" else str(value)
-
-
-def _pad(table: np.ndarray, columns: int) -> np.ndarray:
-    """Return a table with columns of nan on the right."""
-    return np.pad(table, ((0, 0), (0, columns - table.shape[1])), constant_values=np.nan)
-
-
-def _join(parts: list[np.ndarray], columns: int | None = None) -> np.ndarray:
-    if parts:
-        return np.concatenate(parts)
-    return np.zeros(0 if columns is None else (0, columns))

@@ -65,10 +65,14 @@ class PhaseDynamics:
         return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
-        """Return the reduced state with positions and velocities of `moving`, the inverse of :meth:`parts`."""
+        """Return the reduced states, (n_x, K), with positions and velocities of `moving`, (n_a, K), as columns.
+
+        It is the inverse of :meth:`parts`.
+        """
+        if not self.slides:
+            return ca.vertcat(positions, velocities)
         n = self.n_angles
-        foot = (positions[n], velocities[n]) if self.slides else ()
-        return ca.vertcat(positions[:n], velocities[:n], *foot)
+        return ca.vertcat(positions[:n, :], velocities[:n, :], positions[n, :], velocities[n, :])
 
     def full_acceleration(self, acceleration: ca.SX) -> ca.SX:
         """Return the rates of v for accelerations of `moving`, shape (n_q, 1)."""
@@ -150,7 +154,14 @@ class PhaseDynamics:
 
     def joint_rates(self, state: ca.SX, p: ca.SX) -> ca.SX:
         """Return the rates of the actuated joints, shape (n_u, 1) [rad/s]."""
-        return self.robot.joint_rates(*self.full(state), p)
+        rates: ca.SX = self._joint_rates(state, p)
+        return rates
+
+    @functools.cached_property
+    def _joint_rates(self) -> ca.Function:
+        """The Function :meth:`joint_rates`, built once for all points of a phase."""
+        state, p = ca.SX.sym("state", self.n_x), ca.SX.sym("p", len(self.robot.parameters))
+        return ca.Function("joint_rates", [state, p], [self.robot.joint_rates(*self.full(state), p)])
 
     def joint_accelerations(self, state: ca.SX, acceleration: ca.SX, p: ca.SX) -> ca.SX:
         """Return the accelerations of the actuated joints, shape (n_u, 1), for accelerations of `moving`."""
@@ -224,11 +235,17 @@ class PhaseDynamics:
         """
         if self.mode is Mode.ANY:
             return [], ca.SX(0, 1)
+        conditions = [Condition.NORMAL_FORCE] if self.mode.slips else [Condition.FORWARD_CONE, Condition.BACKWARD_CONE]
+        return conditions, self._path(force, p, margin)
+
+    @functools.cached_property
+    def _path(self) -> ca.Function:
+        """The Function of the values of :meth:`path`, built once for all points of a phase."""
+        force, p, margin = ca.SX.sym("force", 2), ca.SX.sym("p", len(self.robot.parameters)), ca.SX.sym("margin")
         tangential, normal = ca.vertsplit(force / self.weight(p))
-        if self.mode.slips:
-            return [Condition.NORMAL_FORCE], normal
         scaled = tangential / ((1 - margin) * self.robot.static_friction(p))
-        return [Condition.FORWARD_CONE, Condition.BACKWARD_CONE], ca.vertcat(normal - scaled, normal + scaled)
+        values = normal if self.mode.slips else ca.vertcat(normal - scaled, normal + scaled)
+        return ca.Function("path", [force, p, margin], [values])
 
     def contact(self, state: ca.SX, acceleration: ca.SX, force: ca.SX, p: ca.SX) -> ContactQuantities:
         """Return the arguments of conditions on the stance contact, from the force in N and the rates of `moving`."""

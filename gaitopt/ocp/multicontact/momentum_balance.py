@@ -22,8 +22,8 @@ def explain_one_way_slip(problem: PlanarProblem) -> str | None:
     Returns
     -------
     str or None
-        None if the sequence contains stick, slip in both directions or no contact with the ground, or if the balance is
-        satisfied.
+        None if the sequence contains stick, slip in both directions or no contact with the ground, if friction or
+        slope are free, or if the balance is satisfied.
 
     Examples
     --------
@@ -36,7 +36,12 @@ no periodic gait exists unless friction is tan(slope) = 0
     True
     """
     robot, sequence = problem.robot, problem.sequence
-    if robot.travel is None or sequence.is_open or not _is_free_along_ground(problem):
+    if (
+        robot.travel is None
+        or sequence.is_open
+        or {"friction", "slope"} & set(problem.free)
+        or not _is_free_along_ground(problem)
+    ):
         return None
     states = list(sequence.states(robot))
     states += [sequence.outcome(robot, number) for number, event in enumerate(sequence.events) if event.impact]
@@ -60,7 +65,7 @@ def _slip_signs(problem: PlanarProblem, state: ContactState) -> set[int]:
 
 
 def _is_free_along_ground(problem: PlanarProblem) -> bool:
-    """Return whether only gravity and the contacts act on the robot along the ground: no spring and no drag."""
+    """Return whether only gravity and contacts act on the robot along the ground: no spring, drag or actuator."""
     robot = problem.robot
     p, place = robot.vector(problem.values), robot.coordinates.index(robot.travel or "")
     poses = np.random.default_rng(0).uniform(-0.3, 0.3, (2, robot.n_q))
@@ -69,6 +74,7 @@ def _is_free_along_ground(problem: PlanarProblem) -> bool:
     potential = [[float(robot.energy(q, still, p)[1]) for q in group] for group in (poses, moved)]
     change = np.diff(potential, axis=0)
     weight = float(robot.mass(p)) * problem.values["gravity"]
+    actuation = [np.asarray(robot.dynamics(q, still, p)[2])[place] for q in poses]
     drag = [np.asarray(robot.dynamics(q, q + forward, p)[1] - robot.dynamics(q, q, p)[1]) for q in poses]
     is_free = np.allclose(change, -weight * math.sin(problem.slope), atol=1e-9 * weight)
-    return is_free and np.allclose(drag, 0.0, atol=1e-9 * weight)
+    return is_free and np.allclose(drag, 0.0, atol=1e-9 * weight) and np.allclose(actuation, 0.0, atol=1e-9)

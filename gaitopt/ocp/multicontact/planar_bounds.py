@@ -1,6 +1,7 @@
 """Numbers of the NLP of a planar robot: data and bounds of one problem."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -29,6 +30,7 @@ def planar_structure(problem: PlanarProblem) -> PlanarStructure:
         infinite=math.isinf(problem.friction),
         points=tuple(problem.limits.height),
         lifted=problem.lifted,
+        free=tuple(problem.free),
     )
 
 
@@ -146,7 +148,9 @@ def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProbl
     lower[layout[Unknown.DURATION]], upper[layout[Unknown.DURATION]] = limits.shortest_phase, limits.longest_step
     for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):
         lower[layout.find(kind)] = 0.0
-    weight = weight_of(problem)
+    for name, ends in problem.free.items():
+        lower[layout.find(Kind.DESIGN, name)], upper[layout.find(Kind.DESIGN, name)] = ends
+    weight = min(weight_of(problem.robot, values) for values in problem.corners)
     for phase in transcription.phases:
         _bound_forces(transcription, phase, problem.margins.normal_force * weight, lower, upper)
         _bound_impulses(transcription, phase, problem.limits.impulse, lower)
@@ -192,7 +196,6 @@ def _bound_impulses(transcription: PlanarTranscription, phase: GridPhase, least:
             lower[column[k]] = least if foot else 0.0
 
 
-def weight_of(problem: PlanarProblem) -> float:
-    """Return the weight of the robot [N]."""
-    p = problem.robot.vector(problem.values)
-    return float(problem.robot.mass(p)) * problem.values["gravity"]
+def weight_of(robot: PlanarRobot, values: Mapping[str, float]) -> float:
+    """Return the weight of a robot with given values of its parameters [N]."""
+    return float(robot.mass(robot.vector(values))) * values["gravity"]

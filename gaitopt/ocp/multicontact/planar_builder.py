@@ -13,7 +13,7 @@ from gaitopt.model.planar.phase_system import group_sticking
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
-from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
+from gaitopt.ocp.nlp.keys import DESIGN, STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.transcription.collocation import Lobatto
@@ -40,6 +40,8 @@ class PlanarStructure:
         Points of the robot whose height is constrained.
     lifted : bool
         Whether accelerations and forces of the joints are unknowns.
+    free : tuple of str
+        Names of the parameters of robot and ground that are unknowns.
     """
 
     robot: PlanarRobot
@@ -51,6 +53,7 @@ class PlanarStructure:
     infinite: bool
     points: tuple[str, ...] = ()
     lifted: bool = False
+    free: tuple[str, ...] = ()
 
     @property
     def equations(self) -> NewtonEuler:
@@ -158,6 +161,8 @@ def lay_out_unknowns(structure: PlanarStructure, phases: Sequence[GridPhase]) ->
     layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
+    if structure.free:
+        layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     return layout
 
 

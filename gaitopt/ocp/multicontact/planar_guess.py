@@ -81,6 +81,11 @@ class PlanarGuess(ABC):
 
     states_durations: bool = False
 
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        return {}
+
     @abstractmethod
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the duration of each phase, shape (n_phases,) [s]."""
@@ -214,6 +219,11 @@ class FromPlanarGait(PlanarGuess):
     """
 
     gait: PlanarGait
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values from which free parameters start: those of the gait (SI units)."""
+        return self.gait.motion.parameters
 
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the durations of the gait's phases, or typical ones for another number of phases."""

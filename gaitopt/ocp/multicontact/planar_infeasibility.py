@@ -13,7 +13,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
-from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import list_planar_limits, typical_planar_sizes
 from gaitopt.ocp.multicontact.planar_start import planar_start
@@ -75,7 +75,8 @@ class PlanarElastic(ElasticLimits):
     def motion(self, result: ElasticResult) -> PlanarMotion:
         """Return the motion of a result."""
         with defer_interrupt():
-            return reconstruct_planar_motion(self.transcription, self.problem.values, result.x)
+            values = plan_parameters(self.transcription, self.problem, result.x)
+            return reconstruct_planar_motion(self.transcription, values, result.x)
 
     def find_sufficient_friction(self, x: Array) -> float:
         """Return a friction coefficient for which a motion exists near another one, close to the smallest.
@@ -163,10 +164,31 @@ def conclude_planar_failure(
     if nearest.status is Status.INTERRUPTED:
         return failure.replace_fields(status=Status.INTERRUPTED)
     if not conflicts:
-        return failure
+        return (
+            _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once) if problem.free else failure
+        )
     report = failure.solver.replace_fields(
         message="no gait found near the start: the least excess over the limits is not zero",
         conflicts=conflicts,
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)
+
+
+def _conclude_with_fixed_parameters(
+    problem: PlanarProblem,
+    failure: PlanarGait,
+    solver: Ipopt,
+    observer: Observer,
+    solve_once: Callable[[PlanarProblem], PlanarGait],
+) -> PlanarGait:
+    """Return the conclusion with the free parameters at their start; what suffices then suffices in general."""
+    fixed = problem.fix_parameters({name: problem.values[name] for name in problem.free})
+    concluded = conclude_planar_failure(fixed, failure, solver, observer, solve_once)
+    if concluded.status.ok:
+        gait = solve_once(problem.replace(guess=FromPlanarGait(concluded)))
+        return gait if gait.status.ok or gait.status is Status.INTERRUPTED else failure
+    if not concluded.solver.conflicts:
+        return concluded
+    message = f"{concluded.solver.message} with the free parameters at their start"
+    return concluded.replace_fields(solver=concluded.solver.replace_fields(message=message))

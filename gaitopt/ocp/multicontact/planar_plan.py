@@ -13,14 +13,23 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import impact_contacts
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.solution import runge_kutta
+from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.transcription.collocation import integrals, lobatto_points
 from gaitopt.reductions import worst
 
 STEPS = 4
 """Runge-Kutta steps of order 8 per interval by which a plan is integrated between its nodes."""
+
+
+def plan_parameters(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> dict[str, float]:
+    """Return every parameter by name, the free ones with their optimised values, moved to bounds that they exceed."""
+    layout, names = transcription.variables, transcription.structure.free
+    optimum = x[layout[Unknown.DESIGN][:, 0]].tolist() if names else []
+    return clip_values(problem.values | dict(zip(names, optimum, strict=True)), problem.free)
 
 
 @np.errstate(invalid="ignore")  # a plan that is not finite is reported by its status

@@ -13,6 +13,14 @@ from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
 from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
 from gaitopt.ocp.provenance import plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
+from gaitopt.ocp.statement.free_parameters import (
+    Ends,
+    clip_values,
+    fields_of_fixed,
+    list_corners,
+    read_bounds,
+    separate_targets,
+)
 from gaitopt.ocp.statement.limits import Margins, Range, Target
 from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.statement.objective_names import objective_named
@@ -45,6 +53,10 @@ class PlanarProblem:
     slope : float [rad]
     speed, step_length : float, (float, float) or None
         Requested value, bounds, or None for a free value [m/s, m].
+    free : mapping of str to (float, float)
+        Bounds of the parameters of robot and ground that are optimised with the gait: design variables, such as
+        ``{"leg_mass": (1, 4), "slope": (0, 0.1)}``.  Their values above are where the solve starts.  `speed` and
+        `step_length` may be listed, too, instead of a pair above.
     objective : Objective or str
         Its integrand takes a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`.
     limits : PlanarLimits
@@ -82,6 +94,7 @@ class PlanarProblem:
     slope: float = 0.0
     speed: Target = None
     step_length: Target = None
+    free: Mapping[str, Ends] = field(default_factory=dict)
     objective: Objective = field(default_factory=CostOfTransport)
     limits: PlanarLimits = field(default_factory=PlanarLimits)
     margins: Margins = field(default_factory=Margins)
@@ -100,13 +113,23 @@ class PlanarProblem:
         set_ = object.__setattr__
         set_(self, "sequence", PhaseSequence.parse(self.sequence, self.robot))
         set_(self, "objective", objective_named(self.objective))
+        self._check_free()
         values = self.robot.resolve({**self.parameters, "slope": self.slope, "friction": self.friction})
+        values = clip_values(values, self.free)
         set_(self, "slope", values.pop("slope"))
         set_(self, "friction", values.pop("friction"))
         set_(self, "parameters", values)
         self._check_robot()
         self._check_sequence()
         self._check_targets()
+
+    def _check_free(self) -> None:
+        """Check the bounds of the free parameters; speed and step length are moved to their fields."""
+        free, fields = separate_targets(self.free, ("speed", "step_length"))
+        for name, ends in fields.items():
+            object.__setattr__(self, name, ends)
+        robot, values = self.robot, {**self.parameters, "slope": self.slope, "friction": self.friction}
+        object.__setattr__(self, "free", read_bounds(free, robot.parameters, values, f"Robot {robot.name!r}"))
 
     def __repr__(self) -> str:
         return f"PlanarProblem({self.name!r}, robot={self.robot.name!r}, sequence='{self.sequence}')"
@@ -121,10 +144,32 @@ class PlanarProblem:
         """Return the problem with some fields changed; all fields are checked again."""
         return replace(self, **changes)
 
+    def fix_parameters(self, values: Mapping[str, float]) -> "PlanarProblem":
+        """Return the problem with some parameters of robot and ground, free or not, fixed at values.
+
+        Examples
+        --------
+        >>> from gaitopt.model import monopod
+        >>> problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", free={"body_mass": (5, 20)})
+        >>> problem.fix_parameters({"body_mass": 8.0}).values["body_mass"]
+        8.0
+        """
+        return self.replace(**fields_of_fixed(values, self.parameters, self.free))
+
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter of robot and ground by name (SI units)."""
+        """Every parameter of robot and ground by name (SI units); of a free one, the value where a solve starts."""
         return {**self.parameters, "slope": self.slope, "friction": self.friction}
+
+    @property
+    def free_ranges(self) -> dict[str, Ends]:
+        """Bounds of all parameters of robot and ground that are optimised."""
+        return dict(self.free)
+
+    @property
+    def corners(self) -> list[dict[str, float]]:
+        """Values of all parameters where a solve starts, and with free parameters at their bounds."""
+        return list(list_corners(self.values, self.free))
 
     @property
     def lifted(self) -> bool:
@@ -160,6 +205,7 @@ class PlanarProblem:
             "objective": self.objective.name,
             "objective_unit": self.objective.unit,
             **self.values,
+            "free": {name: list(ends) for name, ends in self.free.items()},
             "speed": self.speed,
             "step_length": self.step_length,
             "torque_limit": dict(zip(robot.actuators, limits.torques(robot.actuators), strict=True)),

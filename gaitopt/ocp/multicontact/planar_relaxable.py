@@ -15,7 +15,7 @@ from gaitopt.ocp.multicontact.planar_start import setting_of
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit, list_duration_limits
+from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit, list_design_limits, list_duration_limits
 
 CONES = (Kind.CONE_FORWARD, Kind.CONE_BACKWARD, Kind.LIFT_OFF_FORWARD, Kind.LIFT_OFF_BACKWARD)
 IMPACT_CONES = (Kind.IMPACT_CONE_FORWARD, Kind.IMPACT_CONE_BACKWARD)
@@ -41,7 +41,7 @@ class PlanarUnits:
     def of(cls, problem: PlanarProblem) -> "PlanarUnits":
         """Return the sizes of a problem."""
         length = abs(setting_of(problem).step_length)
-        return cls(length, math.sqrt(length / problem.values["gravity"]), weight_of(problem))
+        return cls(length, math.sqrt(length / problem.values["gravity"]), weight_of(problem.robot, problem.values))
 
     @property
     def speed(self) -> float:
@@ -59,7 +59,7 @@ class PlanarUnits:
 
 def list_planar_limits(transcription: PlanarTranscription, problem: PlanarProblem) -> list[RelaxableLimit]:
     """Return the limits of a problem and the conditions of its contact sequence that can be relaxed."""
-    groups = (_actuation, _geometry, _durations, _targets, _friction, _forces, _conditions)
+    groups = (_actuation, _design, _geometry, _durations, _targets, _friction, _forces, _conditions)
     limits = [limit for group in groups for limit in group(transcription, problem)]
     return [limit for limit in limits if any(len(places) for _, places, _ in limit.quantities)]
 
@@ -85,6 +85,8 @@ def typical_planar_sizes(transcription: PlanarTranscription, problem: PlanarProb
         (Kind.JOINT_IMPULSE, 0.1 * units.weight * units.time),
     ):
         sizes[layout.find(kind)] = size
+    for name, (lower, upper) in problem.free.items():
+        sizes[layout.find(Kind.DESIGN, name)] = max(abs(lower), abs(upper))
     return sizes
 
 
@@ -102,6 +104,11 @@ def _actuation(transcription: PlanarTranscription, problem: PlanarProblem) -> It
                 size=units.torque(unit),
                 quantities=((False, transcription.variables.find(Kind.TORQUE, actuator), 1.0),),
             )
+
+
+def _design(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:
+    """Return the bounds of the free parameters."""
+    return list_design_limits(transcription.variables, problem.free, problem.robot.parameters)
 
 
 def _geometry(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:

@@ -21,9 +21,10 @@ from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_remarks import report_early_touchdowns, report_inaccuracy, report_shortest_phases
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
@@ -150,6 +151,11 @@ class GridResult:
     ending: str = ""
 
     @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by name, the free ones with their optimised values."""
+        return plan_parameters(self.transcription, self.problem, self.outcome.x)
+
+    @property
     def error(self) -> float:
         """Error between nodes; inf without a solution."""
         return worst(0.0, self.errors)
@@ -159,15 +165,14 @@ class GridResult:
         """Error between nodes of each phase; inf without a solution."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return np.full(len(self.transcription.phases), np.inf)
-        return errors_between_nodes(self.transcription, self.problem.values, self.outcome.x)
+        return errors_between_nodes(self.transcription, self.values, self.outcome.x)
 
     @functools.cached_property
     def early_touchdowns(self) -> dict[int, float]:
         """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return {}
-        problem = self.problem
-        return find_early_touchdowns(self.transcription, problem.values, self.outcome.x, problem.limits.clearance)
+        return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
 
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
@@ -312,7 +317,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
     """Return the gait of a solution."""
     problem, transcription, outcome = result.problem, result.transcription, result.outcome
     unmet = violations(transcription, result.bounds, outcome.x, outcome.g)
-    values = problem.values
+    values = result.values
     return PlanarGait(
         robot=problem.robot,
         sequence=problem.sequence,
@@ -332,4 +337,5 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),
+        certificate=Deferred(lambda: certify_planar(problem, transcription, result.bounds, outcome)),
     )

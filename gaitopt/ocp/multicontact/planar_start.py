@@ -11,6 +11,7 @@ from gaitopt.ocp.multicontact.planar_point import count_solution
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
+from gaitopt.ocp.statement.free_parameters import fields_of_fixed
 
 TYPICAL_STEP = 0.4
 """Step length [m] of the guess if it is free."""
@@ -48,6 +49,8 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
     durations : (n_phases,) array, optional
         Durations of the phases [s], over which the guess is stretched.
     """
+    if problem.free:
+        problem = _start_parameters(problem)
     layout, setting, builder = transcription.variables, setting_of(problem), transcription.builder
     x, guessed = np.zeros(layout.size), problem.guess.durations(setting)
     durations = guessed if durations is None else durations
@@ -68,7 +71,15 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
         row = layout[Unknown.COORDINATES][problem.robot.coordinates.index(problem.robot.travel)]
         x[row] -= x[row[0]]
     x[layout[Unknown.DURATION][0]] = durations
+    if problem.free:
+        x[layout[Unknown.DESIGN][:, 0]] = [problem.values[name] for name in problem.free]
     return x
+
+
+def _start_parameters(problem: PlanarProblem) -> PlanarProblem:
+    """Return a problem whose free parameters have the values of its guess, if it has some."""
+    known = {name: value for name, value in problem.guess.parameters.items() if name in problem.free}
+    return problem.replace(**fields_of_fixed(known, problem.parameters, {}) | {"free": problem.free})
 
 
 def _set_accelerations(
@@ -93,7 +104,7 @@ def _set_accelerations(
     else:
         feet = [k for k, i in enumerate(closed) if robot.contacts[i].kind != "stop"]
         for k in feet:
-            x[place[robot.n_q + k]] = weight_of(problem) / len(feet)
+            x[place[robot.n_q + k]] = weight_of(robot, problem.values) / len(feet)
     x[place[n_z:]] = _find_joint_values(transcription, phase, sample, x[place[:n_z]], p)
 
 

@@ -225,45 +225,76 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     of the Lagrangian, mean size of the multipliers, a sum that is finite if the iterate and the next one are), the
     constraints, the multipliers of bounds and constraints, the next x and multipliers, and the matrix.
     """
-    x, multipliers = ca.MX.sym("x", nlp.n_variables), ca.MX.sym("lam", nlp.n_constraints)
+    n, m = nlp.n_variables, nlp.n_constraints
+    x, multipliers = ca.MX.sym("x", n), ca.MX.sym("lam", m)
     data = ca.MX.sym("p", nlp.derivatives["grad_f"].size1_in(1))
-    x_lower, x_upper = ca.MX.sym("x_lower", nlp.n_variables), ca.MX.sym("x_upper", nlp.n_variables)
-    lower, upper = ca.MX.sym("lower", nlp.n_constraints), ca.MX.sym("upper", nlp.n_constraints)
+    x_lower, x_upper = ca.MX.sym("x_lower", n), ca.MX.sym("x_upper", n)
+    lower, upper = ca.MX.sym("lower", m), ca.MX.sym("upper", m)
     f, gradient = nlp.derivatives["grad_f"](x, data)
     g, jacobian = nlp.derivatives["jac_g"](x, data)
 
-    above, below = ca.logic_or(multipliers + g > upper, lower == upper), multipliers + g < lower
-    active = ca.logic_or(above, below)
-    lam = active * multipliers
-    unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
+    # The values of all rows, and of all unknowns, are side by side.
+    rows = _row_conditions()
+    values = rows.map(m).call([g, multipliers, lower, upper]) if m else [ca.MX(1, 0)] * rows.n_out()
+    active, lam, unmet, compliance, row_right, row_outside = values
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
+    unknowns = [x, gradient, lam @ jacobian, x_lower, x_upper, nlp.typical]
+    columns = _bound_conditions().map("bounds", "serial", n, [5], []).call(unknowns)
+    on_bounds, fixed, to_bound, right, slope, outside = columns
+
     transposed = jacobian.T
-    slope = gradient / nlp.typical + transposed @ lam
-
-    at_upper, at_lower = x > x_upper - RESTING, x < x_lower + RESTING
-    low = ca.logic_or(ca.logic_and(at_lower, slope > 0), x < x_lower - RESTING)
-    high = ca.logic_or(ca.logic_and(at_upper, slope < 0), x > x_upper + RESTING)
-    equal = x_lower == x_upper
-    fixed = ca.logic_or(ca.logic_or(low, high), equal)
-    to_bound = ca.if_else(ca.logic_or(low, equal), x_lower - x, ca.if_else(high, x_upper - x, 0))
-
-    penalty, compliance = STIFF * fixed, ca.if_else(active, SOFT, STIFF)
-    augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(penalty)
-    matrix = ca.blockcat([[augmented, transposed], [jacobian, -ca.diag(compliance)]])
-    right = penalty * to_bound + fixed * slope - gradient / nlp.typical - transposed @ unmet
-    newton_step = ca.solve(matrix, ca.vertcat(right, -unmet - SOFT * lam), "ldl")
+    augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(STIFF * fixed)
+    matrix = ca.blockcat([[augmented, transposed], [jacobian, ca.diag(compliance)]])
+    newton_step = ca.solve(matrix, ca.horzcat(right - unmet @ jacobian, row_right).T, "ldl")
+    change, lam_next = ca.vertsplit(newton_step, [0, n, n + m])
     # Violations of constraints that are not in the active set count as well.
-    outside = ca.vertcat(_excess(x, x_lower, x_upper), _excess(g, lower, upper))
-    violation = ca.norm_inf(ca.vertcat(unmet, to_bound, outside))
-    error = ca.norm_inf((1 - fixed) * slope)
-    change, lam_next = ca.vertsplit(newton_step, [0, nlp.n_variables, nlp.n_variables + nlp.n_constraints])
-    total = ca.sum1(g) + ca.sum1(x) + ca.sum1(newton_step)  # CasADi's norms omit nan
-    numbers = ca.vertcat(f, violation, error, ca.norm_1(lam) / max(1, nlp.n_constraints), total)
-    following = [x + change, active * lam_next]
+    violation = ca.norm_inf(ca.horzcat(unmet, to_bound, outside, row_outside))
+    total = ca.sum1(g) + ca.sum1(ca.vertcat(x, newton_step))  # CasADi's norms omit nan
+    numbers = ca.vertcat(f, violation, ca.norm_inf(slope), ca.norm_1(lam) / max(1, m), total)
     inputs = [x, multipliers, data, x_lower, x_upper, lower, upper]
-    function = ca.Function("iterate", inputs, [numbers, g, -fixed * slope, lam, *following, matrix])
-    return FastCall(function), _Inertia(matrix.sparsity())
+    outputs = [numbers, g, on_bounds, lam, x + change, active.T * lam_next, matrix]
+    return FastCall(ca.Function("iterate", inputs, outputs)), _Inertia(matrix.sparsity())
 
 
-def _excess(values: ca.MX, lower: ca.MX, upper: ca.MX) -> ca.MX:
+@functools.cache
+def _row_conditions() -> ca.Function:
+    """Return the Function of one row (value, scaled multiplier, bounds) of which all rows of any NLP are instances.
+
+    Its values are whether the row is active, its multiplier, its violation, its entry -D of the matrix, its entry of
+    the right-hand side, and its violation if it is not active.
+    """
+    g, multiplier, lower, upper = (ca.SX.sym(name) for name in ("g", "multiplier", "lower", "upper"))
+    above, below = ca.logic_or(multiplier + g > upper, lower == upper), multiplier + g < lower
+    active = ca.logic_or(above, below)
+    lam = active * multiplier
+    unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
+    compliance = -ca.if_else(active, SOFT, STIFF)
+    outputs = [active, lam, unmet, compliance, -unmet - SOFT * lam, _excess(g, lower, upper)]
+    return ca.Function("rows", [g, multiplier, lower, upper], outputs)
+
+
+@functools.cache
+def _bound_conditions() -> ca.Function:
+    """Return the Function of one unknown, of which all unknowns of any NLP are instances.
+
+    Its inputs are the unknown, the derivative of the objective, the product of the multipliers and its column of the
+    Jacobian, its bounds, and the size of the objective.  Its values are the multiplier of its bounds, whether it is
+    fixed at one of them, its distance from this bound, its entry of the right-hand side without the violations of the
+    rows, the derivative of the Lagrangian if it is not fixed, and its violation.
+    """
+    names = ("x", "gradient", "product", "lower", "upper", "size")
+    x, gradient, product, lower, upper, size = inputs = [ca.SX.sym(name) for name in names]
+    slope = gradient / size + product
+    at_upper, at_lower = x > upper - RESTING, x < lower + RESTING
+    low = ca.logic_or(ca.logic_and(at_lower, slope > 0), x < lower - RESTING)
+    high = ca.logic_or(ca.logic_and(at_upper, slope < 0), x > upper + RESTING)
+    equal = lower == upper
+    fixed = ca.logic_or(ca.logic_or(low, high), equal)
+    to_bound = ca.if_else(ca.logic_or(low, equal), lower - x, ca.if_else(high, upper - x, 0))
+    right = STIFF * fixed * to_bound + fixed * slope - gradient / size
+    outputs = [-fixed * slope, fixed, to_bound, right, (1 - fixed) * slope, _excess(x, lower, upper)]
+    return ca.Function("bounds", inputs, outputs)
+
+
+def _excess(values: ca.SX, lower: ca.SX, upper: ca.SX) -> ca.SX:
     return ca.fmax(ca.fmax(lower - values, values - upper), 0)

@@ -21,6 +21,9 @@ import numpy as np
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
+MANY = 3
+"""Number of variables, as a multiple of the median, beyond which a row is differentiated on its own."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Block:
@@ -85,7 +88,7 @@ class Block:
 
 
 class BlockFunctions:
-    """A block and its derivatives as Functions of the inputs of the block and the shared data.
+    """A block and its derivatives as Functions of the inputs of the block, its intermediates and the shared data.
 
     Parameters
     ----------
@@ -95,22 +98,37 @@ class BlockFunctions:
     """
 
     def __init__(self, block: Block, data: ca.SX) -> None:
-        self._block, self._inputs = block, [*block.inputs, data]
+        self._block, self._data = block, data
+        self._inputs = [*block.inputs, *([block.intermediates] if self.has_intermediates else []), data]
+
+    @property
+    def has_intermediates(self) -> bool:
+        """Whether there are intermediates, which then are an input of all Functions but :attr:`definitions`."""
+        return self._block.intermediates.numel() > 0
+
+    @functools.cached_property
+    def definitions(self) -> ca.Function:
+        """Function of the inputs of the block and the shared data that returns the intermediates."""
+        return ca.Function("definitions", [*self._block.inputs, self._data], [self._block.definitions])
 
     @functools.cached_property
     def constraints(self) -> ca.Function:
         """Function that returns the constraints."""
-        return ca.Function("constraints", self._inputs, self._outputs["constraints"])
+        return ca.Function("constraints", self._inputs, [self._block.constraints])
 
     @functools.cached_property
     def jacobian(self) -> ca.Function:
         """Function that returns the constraints and the nonzeros of their Jacobian."""
-        return ca.Function("jacobian", self._inputs, self._outputs["constraints"] + self._outputs["slopes"])
+        return ca.Function("jacobian", self._inputs, [self._block.constraints, nonzeros(self._slopes)])
 
     @functools.cached_property
     def cost(self) -> ca.Function:
         """Function that returns cost, penalty and the gradient of their sum."""
-        return ca.Function("cost", self._inputs, self._outputs["cost"])
+        parts = [ca.SX(0) if part is None else part for part in (self._block.cost, self._block.penalty)]
+        gradient = ca.gradient(self._block.minimised, self._all)
+        if self.has_intermediates:
+            gradient = self._chain.T @ gradient
+        return ca.Function("cost", self._inputs, [*parts, ca.densify(gradient)])
 
     @functools.cached_property
     def hessian(self) -> ca.Function:
@@ -120,7 +138,7 @@ class BlockFunctions:
         """
         multipliers, weight = self._multipliers
         inputs = [*self._inputs, multipliers, weight]
-        return ca.Function("hessian", inputs, self._outputs["curvature"])
+        return ca.Function("hessian", inputs, [nonzeros(self._curvature)])
 
     @functools.cached_property
     def jacobian_entries(self) -> tuple[list[int], list[int]]:
@@ -133,32 +151,8 @@ class BlockFunctions:
         return _triplets(self._curvature.sparsity())
 
     @functools.cached_property
-    def _outputs(self) -> dict[str, list[ca.SX]]:
-        """Outputs of the Functions in terms of the variables alone; one substitution serves all of them."""
-        block = self._block
-        outputs = {"constraints": [block.constraints], "cost": self._cost}
-        outputs |= {"slopes": [nonzeros(self._slopes)], "curvature": [nonzeros(self._curvature)]}
-        if not block.intermediates.numel():
-            return outputs
-        expressions = [expression for each in outputs.values() for expression in each]
-        reduced = iter(ca.substitute(expressions, [block.intermediates], [block.definitions]))
-        return {name: [next(reduced) for _ in each] for name, each in outputs.items()}
-
-    @functools.cached_property
-    def _cost(self) -> list[ca.SX]:
-        """Cost, penalty and the gradient of their sum, with intermediates; empty without cost and penalty."""
-        block = self._block
-        if block.minimised is None:
-            return []
-        gradient = ca.gradient(block.minimised, self._all)
-        if block.intermediates.numel():
-            gradient = self._chain.T @ gradient
-        parts = [ca.SX(0) if part is None else part for part in (block.cost, block.penalty)]
-        return [*parts, ca.densify(gradient)]
-
-    @functools.cached_property
     def _all(self) -> ca.SX:
-        return ca.vertcat(self._block.variables, self._block.intermediates)
+        return stack([self._block.variables, self._block.intermediates])
 
     @functools.cached_property
     def _chain(self) -> ca.SX:
@@ -169,8 +163,8 @@ class BlockFunctions:
     @functools.cached_property
     def _slopes(self) -> ca.SX:
         """Jacobian of the constraints, with intermediates."""
-        jacobian = ca.jacobian(self._block.constraints, self._all)
-        return jacobian @ self._chain if self._block.intermediates.numel() else jacobian
+        jacobian = _differentiate_rows(self._block.constraints, self._all)
+        return jacobian @ self._chain if self.has_intermediates else jacobian
 
     @functools.cached_property
     def _multipliers(self) -> tuple[ca.SX, ca.SX]:
@@ -184,12 +178,26 @@ class BlockFunctions:
         if block.minimised is not None:
             lagrangian += weight * block.minimised
         hessian, gradient = ca.hessian(lagrangian, self._all)
-        if block.intermediates.numel():
+        if self.has_intermediates:
             slopes = ca.SX.sym("slopes", block.intermediates.numel())
             second = ca.hessian(ca.dot(slopes, block.definitions), block.variables)[0]
             hessian = self._chain.T @ (hessian @ self._chain)
             hessian += ca.substitute(second, slopes, ca.densify(gradient[block.variables.numel() :]))
         return ca.triu(hessian)
+
+
+def _differentiate_rows(rows: ca.SX, variables: ca.SX) -> ca.SX:
+    """Return the Jacobian of rows; few rows that depend on many variables are differentiated on their own.
+
+    Together they would need as many directional derivatives as the row with the most variables.
+    """
+    counts = np.bincount(ca.jacobian_sparsity(rows, variables).row(), minlength=rows.numel())
+    many = counts > MANY * np.median(counts) if counts.size else counts > 0
+    if not np.any(many):
+        return ca.jacobian(rows, variables)
+    order = [np.flatnonzero(part).tolist() for part in (~many, many)]
+    parts = [ca.jacobian(rows[part], variables) for part in order]
+    return ca.vertcat(*parts)[np.argsort(np.concatenate(order)).tolist(), :]
 
 
 def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
@@ -200,7 +208,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     tables = ("columns", "rows", "constants", "places")
     stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
     expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
-    joined = {name: ca.vertcat(*(getattr(block, name) for block in single)) for name in expressions}
+    joined = {name: stack([getattr(block, name) for block in single]) for name in expressions}
     sums: dict[str, Any] = {}
     for name in ("cost", "penalty"):
         parts = [part for block in single if (part := getattr(block, name)) is not None]
@@ -209,27 +217,44 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     return [*others, Block(name="single", **stacked, **joined, **sums)]
 
 
-@dataclass(frozen=True)
 class _Expressions:
-    """A block and the shared data, compared by a digest of all their expressions."""
+    """A block and the shared data, equal to others with the same expressions.
 
-    digest: str
-    block: Block = field(compare=False)
-    data: ca.SX = field(compare=False)
+    The expressions are serialised only to compare blocks of equal size, since this takes long.
+    """
+
+    def __init__(self, block: Block, data: ca.SX) -> None:
+        self.block, self.data = block, data
+        minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
+        outputs = [block.constraints, block.definitions, *minimised]
+        self._function = ca.Function("block", [*block.inputs, data, block.intermediates], outputs)
+
+    @functools.cached_property
+    def _digest(self) -> str:
+        return hashlib.sha256(self._function.serialize().encode()).hexdigest()
+
+    def __hash__(self) -> int:
+        return hash((self._function.n_instructions(), self._function.nnz_in(), self._function.nnz_out()))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Expressions) and hash(self) == hash(other) and self._digest == other._digest
 
 
 def derive_block(block: Block, data: ca.SX) -> BlockFunctions:
     """Return the Functions of a block; blocks with equal expressions share them, such as those of two grids."""
-    minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
-    outputs = [block.constraints, block.definitions, *minimised]
-    text = ca.Function("block", [*block.inputs, data, block.intermediates], outputs).serialize()
-    return derive_expressions(_Expressions(hashlib.sha256(text.encode()).hexdigest(), block, data))
+    return derive_expressions(_Expressions(block, data))
 
 
 @functools.lru_cache(maxsize=128)
 def derive_expressions(expressions: _Expressions) -> BlockFunctions:
     """Return the Functions of a block; those of the last blocks are kept."""
     return BlockFunctions(expressions.block.merge_subexpressions(), expressions.data)
+
+
+def stack(parts: Sequence[ca.SX]) -> ca.SX:
+    """Return columns below each other; empty columns are left out, and a single one is not copied, to save time."""
+    filled = [part for part in parts if part.numel()]
+    return filled[0] if len(filled) == 1 else ca.vertcat(*filled) if filled else ca.SX(0, 1)
 
 
 def nonzeros(matrix: ca.SX) -> ca.SX:

@@ -150,14 +150,16 @@ class _Assembly:
             local.append(ca.DM(block.constants))
         if block.numbers.numel():
             local.append(ca.reshape(self.z[_flat(block.places)], *block.places.shape))
+        if functions.has_intermediates:
+            local += _map(functions.definitions, block, [*local, self.shared], (len(local),))
         local.append(self.shared)
         self._blocks.append((block, functions, local))
         rows, columns = functions.jacobian_entries
-        values, slopes = _map(functions.jacobian, block, local)
+        values, slopes = _map(functions.jacobian, block, local, (len(local) - 1,))
         self.constraints.add(block.rows, np.zeros_like(block.rows), values)
         self.jacobian.add(block.rows[rows], block.columns[columns], slopes)
         if block.minimised is not None:
-            cost, penalty, gradient = _map(functions.cost, block, local)
+            cost, penalty, gradient = _map(functions.cost, block, local, (len(local) - 1,))
             self.cost += ca.sum2(cost)
             if block.penalty is not None:
                 self.penalty += ca.sum2(penalty)
@@ -166,7 +168,7 @@ class _Assembly:
 
     def _add_hessian(self, block: Block, functions: BlockFunctions, local: list[ca.MX]) -> None:
         lam = ca.reshape(self.lam_g[_flat(block.rows)], *block.rows.shape)
-        (values,) = _map(functions.hessian, block, [*local, lam, self.lam_f], shared=(len(local) + 1,))
+        (values,) = _map(functions.hessian, block, [*local, lam, self.lam_f], (len(local) - 1, len(local) + 1))
         entries = functions.hessian_entries
         rows, columns = (block.columns[part] for part in entries)
         self.hessian.add(np.minimum(rows, columns), np.maximum(rows, columns), values)
@@ -199,16 +201,15 @@ class _Assembly:
         """Return the expressions of the NLP; the constraints are evaluated without their derivatives."""
         g = Entries()
         for block, functions, local in self._blocks:
-            (values,) = _map(functions.constraints, block, local)
+            (values,) = _map(functions.constraints, block, local, (len(local) - 1,))
             g.add(block.rows, np.zeros_like(block.rows), values)
         return {"x": self.x, "p": self.z, "f": self.cost + self.penalty, "g": g.vector(self.lam_g.numel())}
 
 
-def _map(function: ca.Function, block: Block, arguments: list[ca.MX], shared: tuple[int, ...] = ()) -> list[ca.MX]:
-    """Return the outputs of a Function for all instances of a block; the data and other inputs may be shared."""
-    count, common = block.columns.shape[1], [len(block.inputs), *shared]
+def _map(function: ca.Function, block: Block, arguments: list[ca.MX], shared: tuple[int, ...]) -> list[ca.MX]:
+    """Return the outputs of a Function for all instances of a block, which share some of the arguments."""
     name = f"{block.name}_{function.name()}"
-    return list(function.map(name, "serial", count, common, []).call(arguments))
+    return list(function.map(name, "serial", block.columns.shape[1], list(shared), []).call(arguments))
 
 
 def _flat(index: Index) -> list[int]:

@@ -6,9 +6,12 @@ Optimization, theorem 12.6); this needs no linear independence.  If the null spa
 cost increases at first order in every admissible direction, as at the vertex of a linear program.
 
 An interior-point method stops at a distance from such a vertex, where many multipliers and slacks are equally small.  A
-linear program in a small box around the solution then determines which constraints are active (crossover).
+linear program in a small box around the solution then determines which constraints are active (crossover).  For the
+same reason a direction of negative curvature shows a saddle only if the cost decreases along it: the slack of a bound
+that is almost active may block one way, and its multiplier the other.
 """
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -46,6 +49,13 @@ REGULARISATION = 1e-14
 HIGHS = {"output_flag": False, "solver": "simplex", "simplex_dual_edge_weight_strategy": 1}
 OPTIONS = {"error_on_fail": False, "highs": HIGHS}
 """Options of the linear program: the simplex method ends at a vertex, and takes fewer steps with devex pricing."""
+
+NEAR = 1e-4
+"""Distance from a bound below which an interior-point method may have left a constraint that is active."""
+
+REACH, LEAST_DECREASE = 0.1, 1e-9
+"""Largest change of an unknown over its typical size along a direction of negative curvature, and least decrease of the
+scaled objective along it that a saddle needs."""
 
 PROBES = 16
 """Number of random vectors that are projected onto the null space at a time."""
@@ -162,13 +172,14 @@ class _Conditions:
         basis = _null_space(self.scaled_gradients.select(self.equal | self.strong))
         weakly = _restrict(basis, self.scaled_gradients.select(self.active & ~self.strong))
         curvature = _least_curvature(hessian, basis)
-        if not basis.shape[1]:
-            verdict = Verdict.SHARP
-        elif curvature > least:
-            verdict = Verdict.STRICT
-        else:
-            saddle = bool(weakly.shape[1]) and _least_curvature(hessian, weakly) < -least
-            verdict = Verdict.SADDLE if saddle else Verdict.UNDECIDED
+        verdict = _judge(curvature, least)
+        if verdict is Verdict.UNDECIDED and _least_curvature(hessian, weakly) < -least:
+            if self._decreases(hessian, weakly, least):
+                verdict = Verdict.SADDLE
+            else:  # what an interior-point method has not yet put on its bound is active
+                basis = _restrict(basis, self._nearly_active())
+                curvature = _least_curvature(hessian, basis)
+                verdict = _judge(curvature, least)
         return SecondOrder(
             verdict=verdict,
             active=np.flatnonzero(self.active),
@@ -178,6 +189,30 @@ class _Conditions:
             curvature=curvature,
             slacks=self.slacks,
         )
+
+    def _decreases(self, hessian: SparseMatrix, basis: Array, least: float) -> bool:
+        """Return whether the cost decreases along a direction of negative curvature, up to the next constraint."""
+        with defer_interrupt():
+            slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
+        curvatures, vectors = np.linalg.eigh(basis.T @ hessian.times(basis))
+        for curvature, vector in zip(curvatures, vectors.T, strict=True):
+            direction = basis @ vector
+            for way in (direction, -direction) if curvature < -least else ():
+                reach = min(self._reach(way), REACH / float(np.max(np.abs(way))))
+                if reach * (slope @ (self.sizes * way) + curvature * reach / 2) < -LEAST_DECREASE:
+                    return True
+        return False
+
+    def _reach(self, direction: Array) -> float:
+        """Return how far a scaled direction leads to the first inactive constraint, all taken as linear."""
+        change = self.gradients.times(self.sizes * direction)
+        room = np.where(change > 0, self.upper - self.values, self.values - self.lower)
+        moves = ~self.equal & ~self.active & (np.abs(change) > ROUNDING)
+        return float(np.min(room[moves] / np.abs(change[moves]), initial=np.inf))
+
+    def _nearly_active(self) -> SparseMatrix:
+        """Return the scaled gradients of the constraints that are active or near their bounds."""
+        return self.scaled_gradients.select(~self.equal & ~self.strong & (self.slacks < NEAR))
 
     def cross_over(self) -> "_Conditions | None":
         """Return the check at the vertex of the linear program around the solution; None if no vertex is nearby."""
@@ -257,6 +292,13 @@ def _restrict(basis: Array, rows: SparseMatrix) -> Array:
     _, values, vectors = np.linalg.svd(rows.times(basis) / np.where(sizes > 0, sizes, 1.0)[:, None])
     rank = int(np.sum(values > np.sqrt(REGULARISATION)))
     return np.asarray(basis @ vectors[rank:].T)
+
+
+def _judge(curvature: float, least: float) -> Verdict:
+    """Return the verdict of the least curvature in the free directions; nan if there is none."""
+    if math.isnan(curvature):
+        return Verdict.SHARP
+    return Verdict.STRICT if curvature > least else Verdict.UNDECIDED
 
 
 def _least_curvature(hessian: SparseMatrix, basis: Array) -> float:

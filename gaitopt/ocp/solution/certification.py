@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.motion.certificate import Certificate, NearConstraint
+from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.ocp.nlp.keys import Key, Kind, Place
+from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
 from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.relaxable_limits import typical_sizes
@@ -30,6 +31,22 @@ def certify(solution: GridSolution) -> Certificate | None:
         return None
     sizes = typical_sizes(transcription, solution.problem)
     check = check_second_order(transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits, sizes)
+    sensitivities = cost_sensitivities(solution.problem, transcription, outcome.x, outcome.multipliers, solution.data)
+    return make_certificate(check, (transcription.variables, transcription.constraints), sensitivities)
+
+
+def make_certificate(
+    check: SecondOrder, layouts: tuple[Layout, Layout], sensitivities: tuple[Sensitivity, ...]
+) -> Certificate:
+    """Return the certificate of a check of the second-order conditions.
+
+    Parameters
+    ----------
+    check : SecondOrder
+    layouts : (Layout, Layout)
+        Layouts of the unknowns and of the constraint rows.
+    sensitivities : tuple of Sensitivity
+    """
     return Certificate(
         verdict=check.verdict.value,
         active=check.active.size,
@@ -37,16 +54,13 @@ def certify(solution: GridSolution) -> Certificate | None:
         dependent=check.dependent,
         free_directions=check.free_directions,
         curvature=check.curvature,
-        nearest=_nearest(solution, check),
-        sensitivities=cost_sensitivities(
-            solution.problem, transcription, outcome.x, outcome.multipliers, solution.data
-        ),
+        nearest=_nearest(check, layouts),
+        sensitivities=sensitivities,
     )
 
 
-def _nearest(solution: GridSolution, check: SecondOrder) -> tuple[NearConstraint, ...]:
+def _nearest(check: SecondOrder, layouts: tuple[Layout, Layout]) -> tuple[NearConstraint, ...]:
     """Return the inactive constraints nearest to their bounds, one for each name in each phase."""
-    layouts = (solution.transcription.variables, solution.transcription.constraints)
     entries = [entry for layout in layouts for entry in layout.entries]
     distances = check.slacks.copy()
     nearest: dict[tuple[Place, Key], NearConstraint] = {}

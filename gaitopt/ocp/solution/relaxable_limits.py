@@ -1,7 +1,7 @@
 """The limits of a problem that can be relaxed: their names and values, and their rows and unknowns in the NLP."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from gaitopt.ocp.nlp.layout import Index, Layout
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
+from gaitopt.parameters import Parameter
 
 OPEN_CONES = ("cone beside slip speed", "impact cone beside slip speed")
 """Names of the pairs of open phases and impacts with the friction cone."""
@@ -98,6 +99,31 @@ def list_duration_limits(
         quantities=(phases, step),
         sides="upper",
     )
+
+
+def list_design_limits(
+    variables: Layout, free: Mapping[str, tuple[float, float]], parameters: Sequence[Parameter]
+) -> Iterator[RelaxableLimit]:
+    """Return the bounds of the free parameters.
+
+    Parameters
+    ----------
+    variables : Layout
+        Layout of the unknowns.
+    free : mapping of str to (float, float)
+    parameters : sequence of Parameter
+        All parameters of the robot.
+    """
+    units = {parameter.name: parameter.unit for parameter in parameters}
+    for name, (lower, upper) in free.items():
+        yield RelaxableLimit(
+            name=name,
+            setting="free",
+            value=(lower, upper),
+            unit=units[name],
+            size=max(abs(lower), abs(upper)),
+            quantities=((False, variables.find(Kind.DESIGN, name), 1.0),),
+        )
 
 
 def relaxed_sides(limits: list[RelaxableLimit], bounds: Bounds) -> tuple[RelaxedSide, ...]:
@@ -262,15 +288,7 @@ def _targets(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
             quantities=((False, variables.find(Kind.RADIUS), 1.0),),
             sides="upper",
         )
-    for name, (lower, upper) in problem.free.items():
-        yield RelaxableLimit(
-            name=name,
-            setting="free",
-            value=(lower, upper),
-            unit=problem.robot.parameters[problem.robot.index(name)].unit,
-            size=max(abs(lower), abs(upper)),
-            quantities=((False, variables.find(Kind.DESIGN, name), 1.0),),
-        )
+    yield from list_design_limits(variables, problem.free, problem.robot.parameters)
 
 
 def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[RelaxableLimit]:

@@ -2,8 +2,9 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import attrs
 import numpy as np
@@ -39,7 +40,7 @@ class Number:
 
     name: str
     value: float
-    change: Callable[[float], GaitProblem]
+    change: Callable[[float], Any]
 
 
 def cost_sensitivities(
@@ -75,13 +76,28 @@ def cost_sensitivities(
         values = evaluate_at(tuple(data_vector(changed).tolist()))
         return evaluate_lagrangian(values, x, multipliers, bounds(transcription, changed))
 
-    numbers = [Sensitivity(one.name, one.value, _differentiate(one, evaluate)) for one in list_numbers(problem)]
-    least = NEGLIGIBLE * transcription.nlp.typical
-    numbers = [one for one in numbers if abs(one.derivative) * max(abs(one.value), STEP) > least]
-    return tuple(sorted(numbers, key=lambda one: -abs(one.change(1.0))))
+    return rank_sensitivities(list_numbers(problem), evaluate, transcription.nlp.typical)
 
 
-def _differentiate(number: Number, evaluate: Callable[[GaitProblem], float]) -> float:
+def rank_sensitivities(
+    numbers: Iterable[Number], evaluate: Callable[[Any], float], typical: float
+) -> tuple[Sensitivity, ...]:
+    """Return the derivatives of a Lagrangian with respect to numbers, in order of decreasing relative effect.
+
+    Parameters
+    ----------
+    numbers : iterable of Number
+    evaluate : callable
+        Maps a changed problem to the Lagrangian at the solution of the original one.
+    typical : float
+        Typical size of the objective; numbers with a negligible effect on it are omitted.
+    """
+    slopes = [Sensitivity(one.name, one.value, _differentiate(one, evaluate)) for one in numbers]
+    slopes = [one for one in slopes if abs(one.derivative) * max(abs(one.value), STEP) > NEGLIGIBLE * typical]
+    return tuple(sorted(slopes, key=lambda one: -abs(one.change(1.0))))
+
+
+def _differentiate(number: Number, evaluate: Callable[[Any], float]) -> float:
     """Return a central difference, or a one-sided difference at the end of the range of valid values."""
     step, ends, values = STEP * max(1e-3, abs(number.value)), [], []
     for end in (number.value + step, number.value - step, number.value):
@@ -109,6 +125,21 @@ def list_numbers(problem: GaitProblem) -> Iterator[Number]:
     >>> [number.name for number in numbers if number.name.startswith("torque")]
     ['torque_limit of ankle', 'torque_limit of hip']
     """
+    yield from list_parameters_and_targets(problem)
+    yield from _list_limits(problem)
+    if problem.stability is not None and math.isfinite(problem.stability.radius):
+        change = functools.partial(change_option, problem, "stability", "radius")
+        yield Number("spectral radius", problem.stability.radius, change)
+    yield from list_margins(problem)
+
+
+def list_parameters_and_targets(problem: Any) -> Iterator[Number]:
+    """Yield the parameters of robot and ground, the targets, and the bounds of the free parameters.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    """
     for name, value in problem.parameters.items():
         if name in problem.free:
             continue
@@ -120,65 +151,104 @@ def list_numbers(problem: GaitProblem) -> Iterator[Number]:
     for name, ends in problem.free_ranges.items():
         for side, value in zip(("lower", "upper"), ends, strict=True):
             yield Number(f"{side} bound of {name}", value, functools.partial(_change_bound, problem, name, side))
-    yield from _list_limits(problem)
-    if problem.stability is not None and math.isfinite(problem.stability.radius):
-        change = functools.partial(_change_option, problem, "stability", "radius")
-        yield Number("spectral radius", problem.stability.radius, change)
+
+
+def list_margins(problem: Any) -> Iterator[Number]:
+    """Yield the margins of a problem.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    """
     for entry in attrs.fields(type(problem.margins)):
-        change = functools.partial(_change_option, problem, "margins", entry.name)
+        change = functools.partial(change_option, problem, "margins", entry.name)
         yield Number(f"{entry.name}_margin", getattr(problem.margins, entry.name), change)
 
 
 def _list_limits(problem: GaitProblem) -> Iterator[Number]:
     limits, actuators, angles = problem.limits, problem.robot.actuators, problem.robot.angles
-    for name, values in (("torque", limits.torques(actuators)), ("torque_rate", limits.torque_rates(actuators))):
-        by_name = dict(zip(actuators, values, strict=True))
-        for actuator, value in by_name.items():
-            if 0 < value < math.inf:
-                yield Number(
-                    f"{name}_limit of {actuator}",
-                    value,
-                    functools.partial(_change_entry, problem, name, by_name, actuator),
-                )
-    bounds_of_angles = dict(zip(angles, limits.angles(angles), strict=True))
-    for angle, ends in bounds_of_angles.items():
+    yield from list_sizes(problem, "torque", dict(zip(actuators, limits.torques(actuators), strict=True)))
+    yield from list_sizes(problem, "torque_rate", dict(zip(actuators, limits.torque_rates(actuators), strict=True)))
+    yield from list_pairs(problem, "angle", dict(zip(angles, limits.angles(angles), strict=True)))
+    yield from list_limit_values(problem, ("rate", "shortest_phase", "longest_step", "clearance"))
+
+
+def list_sizes(problem: Any, name: str, by_name: dict[str, float]) -> Iterator[Number]:
+    """Yield the values of a limit that has one for each actuator; those that are zero or infinite are omitted.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    name : str
+        Field of the limits.
+    by_name : dict of str to float
+    """
+    for actuator, value in by_name.items():
+        if 0 < value < math.inf:
+            change = functools.partial(change_entry, problem, name, by_name, actuator)
+            yield Number(f"{name}_limit of {actuator}", value, change)
+
+
+def list_pairs(problem: Any, name: str, pairs: dict[str, tuple[float, float]]) -> Iterator[Number]:
+    """Yield the finite ends of a limit that is a pair for each coordinate.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    name : str
+        Field of the limits.
+    pairs : dict of str to (float, float)
+    """
+    for coordinate, ends in pairs.items():
         for side, value in zip(("lower", "upper"), ends, strict=True):
-            change = functools.partial(_change_angle, problem, bounds_of_angles, angle, side)
-            yield Number(f"{side} angle_limit of {angle}", value, change)
-    for name in ("rate", "shortest_phase", "longest_step", "clearance"):
-        value = getattr(limits, name)
+            if math.isfinite(value):
+                change = functools.partial(_change_pair, problem, name, pairs, (coordinate, side))
+                yield Number(f"{side} {name}_limit of {coordinate}", value, change)
+
+
+def list_limit_values(problem: Any, names: tuple[str, ...]) -> Iterator[Number]:
+    """Yield the finite values of limits that are one number.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    names : tuple of str
+        Fields of the limits.
+    """
+    for name in names:
+        value = getattr(problem.limits, name)
         if value is not None and math.isfinite(value):
             label = "rate_limit" if name == "rate" else name
-            yield Number(label, value, functools.partial(_change_option, problem, "limits", name))
+            yield Number(label, value, functools.partial(change_option, problem, "limits", name))
 
 
-def _change_field(problem: GaitProblem, name: str, value: float) -> GaitProblem:
+def _change_field(problem: Any, name: str, value: float) -> Any:
     return problem.replace(**{name: value})
 
 
-def _change_bound(problem: GaitProblem, name: str, side: str, value: float) -> GaitProblem:
+def _change_bound(problem: Any, name: str, side: str, value: float) -> Any:
     lower, upper = problem.free_ranges[name]
     return problem.replace(free={**problem.free, name: (value, upper) if side == "lower" else (lower, value)})
 
 
-def _change_parameter(problem: GaitProblem, name: str, value: float) -> GaitProblem:
+def _change_parameter(problem: Any, name: str, value: float) -> Any:
     return problem.replace(parameters={**problem.parameters, name: value})
 
 
-def _change_option(problem: GaitProblem, part: str, name: str, value: object) -> GaitProblem:
+def change_option(problem: Any, part: str, name: str, value: object) -> Any:
     """Return the problem with one field of its limits or margins changed."""
     return problem.replace(**{part: attrs.evolve(getattr(problem, part), **{name: value})})
 
 
-def _change_entry(
-    problem: GaitProblem, name: str, by_name: dict[str, float], actuator: str, value: float
-) -> GaitProblem:
-    return _change_option(problem, "limits", name, {**by_name, actuator: value})
+def change_entry(problem: Any, name: str, by_name: Mapping[str, object], key: str, value: object) -> Any:
+    """Return the problem with one entry of a mapping among its limits changed."""
+    return change_option(problem, "limits", name, {**by_name, key: value})
 
 
-def _change_angle(
-    problem: GaitProblem, ends: dict[str, tuple[float, float]], angle: str, side: str, value: float
-) -> GaitProblem:
-    lower, upper = ends[angle]
-    changed = (value, upper) if side == "lower" else (lower, value)
-    return _change_option(problem, "limits", "angle", {**ends, angle: changed})
+def _change_pair(
+    problem: Any, name: str, pairs: dict[str, tuple[float, float]], end: tuple[str, str], value: float
+) -> Any:
+    """Return the problem with one end of a pair among its limits changed; `end` is a coordinate and a side."""
+    lower, upper = pairs[end[0]]
+    changed = (value, upper) if end[1] == "lower" else (lower, value)
+    return change_entry(problem, name, pairs, end[0], changed)

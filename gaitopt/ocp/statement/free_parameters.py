@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import Parameter
@@ -12,6 +13,32 @@ Ends = tuple[float, float]
 
 MOST_CORNERS = 64
 """Largest number of corners of the box of free parameters that are checked."""
+
+
+def separate_targets(free: object, targets: tuple[str, ...]) -> tuple[dict[str, object], dict[str, object]]:
+    """Return the bounds of the design variables, and those of quantities that are fields of a problem.
+
+    Parameters
+    ----------
+    free : mapping of str to (float, float)
+    targets : tuple of str
+        Names of the fields.
+
+    Raises
+    ------
+    InputError
+        If `free` is not a mapping.
+
+    Examples
+    --------
+    >>> separate_targets({"mass": (1, 5), "speed": [0.5, 0.7]}, ("speed",))
+    ({'mass': (1, 5)}, {'speed': (0.5, 0.7)})
+    """
+    if not isinstance(free, Mapping):
+        raise InputError(f'free must be a mapping such as {{"leg_com": (0.4, 1.2)}}, got {free!r}.')
+    pairs = {name: tuple(ends) if isinstance(ends, list) else ends for name, ends in free.items()}
+    fields = {name: pairs.pop(name) for name in targets if name in pairs}
+    return pairs, fields
 
 
 def read_bounds(
@@ -92,6 +119,31 @@ def clip_values(values: Mapping[str, float], free: Mapping[str, Ends]) -> dict[s
     return {
         name: min(max(value, free[name][0]), free[name][1]) if name in free else value for name, value in values.items()
     }
+
+
+def fields_of_fixed(
+    values: Mapping[str, float], parameters: Mapping[str, float], free: Mapping[str, Ends]
+) -> dict[str, Any]:
+    """Return the fields of a problem in which some parameters of robot and ground, free or not, are fixed.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Values of the parameters that become fixed.
+    parameters : mapping of str to float
+        Present parameters of the robot.
+    free : mapping of str to (float, float)
+        Present bounds of the free parameters.
+
+    Examples
+    --------
+    >>> fields_of_fixed({"mass": 2.0, "slope": 0.1}, {"mass": 1.0}, {"mass": (1.0, 5.0)})
+    {'parameters': {'mass': 2.0}, 'free': {}, 'slope': 0.1}
+    """
+    ground = {name: values[name] for name in ("slope", "friction") if name in values}
+    others = {name: value for name, value in values.items() if name not in ground}
+    remaining = {name: ends for name, ends in free.items() if name not in values}
+    return {"parameters": {**parameters, **others}, "free": remaining, **ground}
 
 
 def list_corners(values: Mapping[str, float], free: Mapping[str, Ends]) -> Iterator[dict[str, float]]:

@@ -101,6 +101,7 @@ def formulate_planar_problem(problem: Any) -> Formulation:
         f"Optimal gait of {robot.name}: {sequence}",
         (
             formulate_objective(problem.objective),
+            *_free_parameters(problem),
             *list_actuators(robot),
             *motion_of_planar_robot(robot),
             *(Formula(mode.value, *FRICTION[mode]) for mode in FRICTION),
@@ -244,13 +245,12 @@ def _durations_and_rates(limits: Any) -> tuple[Formula, ...]:
 def _ground_and_parameters(problem: Any) -> tuple[Formula, ...]:
     low, high = problem.slope if isinstance(problem.slope, tuple) else (problem.slope, problem.slope)
     parameters = [
-        each
-        for each in problem.robot.parameters
-        if each.name in problem.parameters and each.name not in getattr(problem, "free", {})
+        each for each in problem.robot.parameters if each.name in problem.parameters and each.name not in problem.free
     ]
     friction = problem.friction
+    ground = {"friction": bound("μ", friction, friction, "1", r"\mu"), "slope": bound("slope", low, high, "rad")}
     return (
-        *collect("ground", [bound("μ", friction, friction, "1", r"\mu"), bound("slope", low, high, "rad")]),
+        *collect("ground", [line for name, line in ground.items() if name not in problem.free]),
         *list_parameters("parameters", parameters, problem.values),
     )
 

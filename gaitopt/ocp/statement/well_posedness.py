@@ -4,12 +4,13 @@ import functools
 
 import numpy as np
 
+from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
-POSES = 1024
-"""Number of poses at which the sliding inertia is computed."""
+POSES, AT_ONCE = 1024, 64
+"""Numbers of poses at which the sliding inertia is computed, in all and by one call: large maps take long to build."""
 
 SAMPLING_MARGIN = 0.2
 """Distance from the margin within which the sliding inertia is constrained, to include minima between sampled poses."""
@@ -37,9 +38,16 @@ def allows_paradox(robot: Robot, values: dict[str, float], angles: list[tuple[fl
 def _least_sliding_inertia(robot: Robot, p: bytes, angles: tuple[tuple[float, float], ...]) -> float:
     """Return the least of (S_tt - mu |S_tn|) / S_tt over sampled poses, nan as -inf."""
     lower, upper = np.array(angles).T[:, :, None]
-    poses: Array = np.zeros((robot.n_q, POSES))
-    poses[2:] = np.random.default_rng(0).uniform(lower, upper, (len(angles), POSES))
-    function = robot.wellposed.map("wellposed", "serial", POSES, [1], [])  # all poses have the same parameters
-    shares = FastCall(function)(poses.ravel(order="F"), np.frombuffer(p))[0].reshape(2, POSES, order="F")
+    poses = full_coordinates(lower + (upper - lower) * _shares_of_ranges(len(angles)))
+    function = robot.wellposed.map("wellposed", "serial", AT_ONCE, [1], [])  # all poses have the same parameters
+    evaluate = FastCall(function, np.frombuffer(p))
+    parts = np.split(poses.ravel(order="F"), POSES // AT_ONCE)
+    shares = np.concatenate([evaluate(part)[0].copy() for part in parts]).reshape(2, POSES, order="F")
     ratios = shares / shares.mean(axis=0)
     return float(np.nan_to_num(ratios, nan=-np.inf).min())
+
+
+@functools.cache
+def _shares_of_ranges(count: int) -> Array:
+    """Return random numbers between 0 and 1 for each angle and pose, shape (count, POSES)."""
+    return np.random.default_rng(0).uniform(size=(count, POSES))

@@ -72,23 +72,23 @@ class Lobatto(Scheme):
         accelerations = ca.horzcat(left.acceleration, inner, right.acceleration)
         once, twice = integrals(self.points)
         places, speeds = dynamics.parts(left.state)
-        fractions = lobatto_points(self.points)
-
-        def at(i: int) -> ca.SX:
-            c = float(fractions[i])
-            speed_change = length * (accelerations @ ca.DM(once[i]))
-            displacement = length * (c * speeds + length * (accelerations @ ca.DM(twice[i])))
-            return dynamics.join(places + displacement, speeds + speed_change)
+        fractions, count = lobatto_points(self.points), self.points - 1
+        # One column for each inner point and for the end.
+        integrated = accelerations @ ca.DM(np.hstack([once[1:].T, twice[1:].T]))
+        displacements = length * (speeds @ ca.DM(fractions[1:]).T + length * integrated[:, count:])
+        speed_changes = length * integrated[:, :count]
+        positions, velocities = (ca.repmat(part, 1, count) for part in (places, speeds))
+        states = ca.horzsplit(dynamics.join(positions + displacements, velocities + speed_changes))
 
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
             # With a single inner point, derivatives through its state need no fewer operations.
-            definition = at(i) if self.points > 3 else None
-            state = at(i) if definition is None else ca.SX.sym("inner state", dynamics.n_x)
+            definition = states[i - 1] if self.points > 3 else None
+            state = states[i - 1] if definition is None else ca.SX.sym("inner state", dynamics.n_x)
             point = self.node(dynamics, state, torque, inner[:, i - 1], p)
             points.append(replace(point, definition=definition))
-        return right.state - at(self.points - 1), points
+        return right.state - states[-1], points
 
 
 @functools.cache

@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.block import Block
+from gaitopt.ocp.nlp.block import Block, stack
 from gaitopt.ocp.nlp.keys import STEP, Group, Kind, Row, TableKey, Unknown, equation, table_name
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
 from gaitopt.ocp.statement.objective import Objective, overrides
@@ -280,18 +280,18 @@ class BlockVariables:
         """
         return Block(
             name=name,
-            variables=ca.vertcat(*self._symbols),
+            variables=stack(self._symbols),
             cost=_unless_zero(cost),
             penalty=_unless_zero(penalty),
             constraints=constraints,
             columns=np.vstack(self._columns),
             rows=rows,
-            symbols=ca.vertcat(*self._constants) if self._constants else ca.SX(0, 1),
+            symbols=stack(self._constants),
             constants=np.array(self._values).reshape(-1, self.count),
-            numbers=ca.vertcat(*self._numbers) if self._numbers else ca.SX(0, 1),
+            numbers=stack(self._numbers),
             places=np.vstack(self._places) if self._places else np.empty((0, self.count), dtype=np.intp),
-            intermediates=ca.vertcat(ca.SX(0, 1), *self._intermediates),
-            definitions=ca.vertcat(ca.SX(0, 1), *self._definitions),
+            intermediates=stack(self._intermediates),
+            definitions=stack(self._definitions),
         )
 
 

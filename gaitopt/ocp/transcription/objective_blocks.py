@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gaitopt.lazy import Deferred
+from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
@@ -128,21 +128,22 @@ def name_parameters(builder: NlpBuilder, p: ca.SX) -> Mapping[str, ca.SX]:
     return dict(zip(builder.names(), ca.vertsplit(p), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class IntervalInstants:
     """Instants of an interval, the arguments of objectives.
 
     Attributes
     ----------
     points : list of Instant or None
-        Start, inner points and end, with the parts of the joint powers; None where the contact force is unknown.
+        Start, inner points and end, with the parts of the joint powers; None where the contact force is unknown.  They
+        are built when they are first read, since most objectives depend on the mean alone.
     idle : list of Instant or None
         The same without joint powers.
     mean : Instant or None
         The start with the means of the parts over the interval, if sign changes of the powers are data.
     """
 
-    points: list[Instant | None]
+    points: LazyField[list[Instant | None]] = LazyField()
     idle: list[Instant | None]
     mean: Instant | None
 
@@ -163,7 +164,7 @@ def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.
         if not term.uses_power:
             pass
         elif start is not None and instants.mean is not None and is_linear_in_power(term, builder.robot, start.mode):
-            mean += ca.SX(term.integrand(instants.mean)) - ca.SX(term.integrand(start))
+            mean += term.integrand(instants.mean) - term.integrand(start)
         else:
             smooth = scheme.smooth_weights()
             mean += _weighted_sum(term, smooth, instants.points) - _weighted_sum(term, smooth, instants.idle)
@@ -179,7 +180,9 @@ def _weighted_sum(term: Objective, rule: Array, instants: Sequence[Instant | Non
     total = ca.SX(0)
     for share, instant in zip(rule, instants, strict=True):
         if share and instant is not None:
-            total += float(share) * ca.SX(term.integrand(instant))
+            value = term.integrand(instant)
+            if not (isinstance(value, ca.SX) and value.is_zero()):  # zeros take as long to sum as other terms
+                total += float(share) * value
     return total
 
 

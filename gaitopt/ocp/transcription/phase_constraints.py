@@ -11,7 +11,7 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.touchdown import Touchdown
 from gaitopt.model.contacts.transition import ContactQuantities, NodeCondition
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.nlp.block import Block
+from gaitopt.ocp.nlp.block import Block, stack
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
@@ -42,7 +42,7 @@ class Equations:
     @property
     def values(self) -> ca.SX:
         """All values, one below the other."""
-        return ca.vertcat(*self._values)
+        return stack(self._values)
 
 
 def interval_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
@@ -130,7 +130,9 @@ class _Intervals:
 
     def _power_coefficients(self) -> list[ca.SX]:
         dynamics, scheme, powered = self.dynamics, self.builder.scheme, list(self.builder.powered)
-        powers = [dynamics.power(point.state, point.torque, self.p)[powered] for point in self.points]
+        powers = [dynamics.power(point.state, point.torque, self.p) for point in self.points]
+        if len(powered) < self.builder.robot.n_u:
+            powers = [power[powered] for power in powers]
         if not scheme.nodal:
             return powers
         if scheme.power_fractions.size != len(powers):
@@ -155,7 +157,7 @@ class _Intervals:
     def _instants(self) -> IntervalInstants:
         builder, nodes, fractions = self.builder, np.arange(self.phase.count), self.builder.scheme.fractions
         factory = InstantFactory(builder, self.local, self.phase, self.dynamics, self.p, nodes)
-        rate = (self.points[-1].torque - self.points[0].torque) / self.length
+        rate = Deferred(lambda: (self.points[-1].torque - self.points[0].torque) / self.length)
 
         def make(parts: Sequence[ca.SX | None]) -> list[Instant | None]:
             """Return the instants of the points with these parts of the powers, None where the force is unknown."""
@@ -167,12 +169,12 @@ class _Intervals:
 
         idle = make([None] * len(self.points))
         if not self.powers:
-            return IntervalInstants(idle, idle, None)
+            return IntervalInstants(points=idle, idle=idle, mean=None)
         mean = None
         if builder.sign_changes is not None:
             data = self.local.add_data("sign changes", builder.sign_changes.tables[self.phase.number])
             mean = factory.make(self.points[0], mean_parts(self.powers, self.coefficients, data), rate)
-        return IntervalInstants(make(self._parts_at_points()), idle, mean)
+        return IntervalInstants(points=Deferred(lambda: make(self._parts_at_points())), idle=idle, mean=mean)
 
     def _parts_at_points(self) -> list[ca.SX]:
         """Return the parts of the joint powers at the points, polynomials that are nowhere negative."""
@@ -197,8 +199,7 @@ class _Intervals:
             rows, values, penalty = builder.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
             equations.add(rows, values)
             self.penalty += penalty
-        instant = self.instants.points[inner]
-        if builder.peaks and instant is not None:
+        if builder.peaks and (instant := self.instants.points[inner]) is not None:
             equations.add(*peak_rows(builder, self.local, instant), inner)
 
 
@@ -284,13 +285,13 @@ def _path(
     """Return rows and values of the constraints at a point: equations of the scheme, cone, slip."""
     conditions, values = dynamics.path(point.force, p, _cone_margin(builder))
     table = _balance(builder, dynamics) + [Row(Key(KINDS[condition]), 0.0, math.inf) for condition in conditions]
-    values = ca.vertcat(point.residual, values)
-    well_posed = _sliding_inertia(builder, dynamics, point, p)
-    table, values = table + well_posed[0], ca.vertcat(values, well_posed[1])
+    well_posed, inertia = _sliding_inertia(builder, dynamics, point, p)
+    parts = [point.residual, values, inertia]
+    table += well_posed
     if sliding and dynamics.mode.slips:
         table.append(Row(Key(Kind.SLIP_DIRECTION), 0.0, math.inf))
-        values = ca.vertcat(values, dynamics.slip_speed(point.state))
-    return table, values
+        parts.append(dynamics.slip_speed(point.state))
+    return table, stack(parts)
 
 
 def _end_rows(

@@ -18,9 +18,9 @@ from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase, make_integrator
+from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase, make_integrator
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-from gaitopt.simulation.planar_simulation.planar_torque import LawState, make_torque
+from gaitopt.simulation.planar_simulation.planar_torque import LawState, TorqueSource, make_torque
 from gaitopt.status import Stop
 
 DRIFT = 1e-11
@@ -46,10 +46,12 @@ class PlanarAutomaton:
     robot : PlanarRobot
     values : mapping of str to float
         All parameters by name.
-    torque : Function or PlanarLaw, optional
-        (t, q, v) -> u, or a law; by default zero.
+    torque : Function, PlanarLaw or TorqueSource, optional
+        (t, q, v) -> u, a law, or a source of torques with a memory; by default zero.
     terrain : Terrain, optional
         By default a plane.
+    tolerance : float
+        Relative tolerance of the integration.
 
     Raises
     ------
@@ -61,10 +63,12 @@ class PlanarAutomaton:
         self,
         robot: PlanarRobot,
         values: Mapping[str, float],
-        torque: ca.Function | PlanarLaw | None = None,
+        torque: ca.Function | PlanarLaw | TorqueSource | None = None,
         terrain: Terrain | None = None,
+        *,
+        tolerance: float = RELATIVE,
     ) -> None:
-        self.robot, self.values, self.terrain = robot, dict(values), terrain
+        self.robot, self.values, self.terrain, self._tolerance = robot, dict(values), terrain, tolerance
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
         self.events = EventResolution(robot, values, self.torque, terrain)
@@ -143,7 +147,7 @@ class PlanarAutomaton:
         while times[-1] < until:
             corner = min(until, phase.source.next_corner(times[-1]))
             phase.source.hold_piece((times[-1], corner))
-            integrator = make_integrator(phase.rates, times[-1], states[-1], corner)
+            integrator = make_integrator(phase.rates, times[-1], states[-1], corner, relative=self._tolerance)
             for event in _follow(integrator, watch, times, states):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)

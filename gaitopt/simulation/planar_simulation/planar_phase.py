@@ -185,9 +185,9 @@ class PlanarPhase:
         return correction
 
 
-def make_integrator(rate: Rate, begin: float, y: Array, end: float) -> DormandPrince:
-    """Return an integrator of the rates with the tolerances of the simulation."""
-    return DormandPrince(rate, begin, y, end, relative=RELATIVE, absolute=ABSOLUTE)
+def make_integrator(rate: Rate, begin: float, y: Array, end: float, relative: float = RELATIVE) -> DormandPrince:
+    """Return an integrator of the rates with a relative tolerance, by default that of the simulation."""
+    return DormandPrince(rate, begin, y, end, relative=relative, absolute=ABSOLUTE * (relative / RELATIVE))
 
 
 def solve_linear(matrix: Array, right: Array) -> Array:

@@ -134,11 +134,16 @@ def check_event(robot: PlanarRobot, name: str | None) -> None:
 
 
 def follow(
-    automaton: PlanarAutomaton, state: PlanarState | Stop, *, duration: float, until: str | None = None
+    automaton: PlanarAutomaton, state: PlanarState | Stop, *, duration: float, until: str | None = None, steps: int = 1
 ) -> PlanarRollout:
-    """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`."""
+    """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
+
+    With several steps, the event `until` ends the first one, that of the other leg the second one, and so on.
+    """
+    ends = () if until is None else section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
     events: list[PlanarEvent] = []
+    done = 0
     start = None if isinstance(state, Stop) else state
     end, stop = start, state if isinstance(state, Stop) else Stop.TOO_MANY_EVENTS
     while end is not None and len(events) < MAX_EVENTS and not _chatters(events):
@@ -156,10 +161,28 @@ def follow(
             break
         end, event = resolved
         events.append(event)
-        if until in event.names:
-            stop = Stop.EVENT_REACHED
-            break
+        if ends and ends[done % len(ends)] in event.names:
+            done += 1
+            if done == steps:
+                stop = Stop.EVENT_REACHED
+                break
     return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
+
+
+def section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
+    """Return the events that end the steps of a walk in turn: that of a section, and that of the other leg.
+
+    Examples
+    --------
+    >>> from gaitopt.model import compass_with_two_feet
+    >>> section_events(compass_with_two_feet(), "foot B closes")
+    ('foot B closes', 'foot A closes')
+    """
+    contact, _, happens = section.rpartition(" ")
+    if robot.mirror is None:
+        return (section,)
+    partner = robot.contact_names[robot.mirror.contacts[robot.contact_names.index(contact)]]
+    return section, f"{partner} {happens}"
 
 
 def _failure(arc: PlanarArc) -> Stop:

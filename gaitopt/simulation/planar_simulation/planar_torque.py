@@ -98,14 +98,16 @@ class TorqueSource(ABC):
         return np.zeros((0, 2 * len(q)))
 
 
-def make_torque(robot: PlanarRobot, torque: ca.Function | PlanarLaw | None) -> TorqueSource:
-    """Return the torque of a simulation from a Function (t, q, v) -> u or a law; zero by default.
+def make_torque(robot: PlanarRobot, torque: ca.Function | PlanarLaw | TorqueSource | None) -> TorqueSource:
+    """Return the torque of a simulation from a Function (t, q, v) -> u, a law or a source; zero by default.
 
     Raises
     ------
     InputError
         If the Function or the law belongs to another robot.
     """
+    if isinstance(torque, TorqueSource):
+        return torque
     return _LawSource(robot, torque) if isinstance(torque, PlanarLaw) else _FunctionSource(robot, torque)
 
 

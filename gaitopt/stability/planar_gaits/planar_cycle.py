@@ -18,10 +18,11 @@ from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, check_event, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.simulation.planar_simulation.planar_walker import exchange_legs, simulate_period
 from gaitopt.stability.critical_friction import CriticalFriction
 from gaitopt.stability.planar_gaits.planar_friction import planar_critical_friction
 from gaitopt.stability.planar_gaits.planar_linearisation import planar_derivative
-from gaitopt.stability.planar_gaits.planar_section import PlanarSection, exchange_legs
+from gaitopt.stability.planar_gaits.planar_section import PlanarSection, section_of
 from gaitopt.status import Stop
 
 TOLERANCE = 1e-10
@@ -66,6 +67,8 @@ class PlanarCycle:
         Largest change of the state over the period.
     motion : PlanarMotion
         The period.
+    start : PlanarState
+        The state at its beginning with the contact modes there.
 
     Examples
     --------
@@ -88,6 +91,7 @@ class PlanarCycle:
     critical_friction: CriticalFriction | None
     residual: float
     motion: PlanarMotion
+    start: PlanarState = field(repr=False)
 
     def __repr__(self) -> str:
         verdict = "stable" if self.stable else "unstable"
@@ -196,9 +200,7 @@ def _choose_first(automaton: PlanarAutomaton, first: PlanarRollout, y: Array, se
 
 def _simulate(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout | None:
     """Return one period from a state with the contacts of another one near it, or None if it does not end."""
-    state = automaton.restart(state)
-    chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    rollout = follow(automaton, chosen, duration=longest, until=section)
+    rollout = simulate_period(automaton, state, section, longest)
     return rollout if rollout.stop is Stop.EVENT_REACHED else None
 
 
@@ -227,7 +229,7 @@ def _linearise(automaton: PlanarAutomaton, rollout: PlanarRollout) -> _LinearPer
     """Return the derivative of the return map of a period, and the change of the state."""
     if rollout.start is None or rollout.end is None:
         raise ValueError("a period has a start and an end")
-    section, start, n = _section_of(automaton, rollout), rollout.start, 2 * automaton.robot.n_q
+    section, start, n = section_of(automaton, rollout), rollout.start, 2 * automaton.robot.n_q
     basis = section.tangent(start.y)
     matrix = section.matrix() @ planar_derivative(automaton, rollout)
     project = basis.T @ np.diag(section.project(np.ones(n)))
@@ -263,13 +265,8 @@ def _find_change(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
     """Return the change of the state over a period, travel excluded."""
     if rollout.start is None or rollout.end is None:
         raise ValueError("a period has a start and an end")
-    section = _section_of(automaton, rollout)
+    section = section_of(automaton, rollout)
     return section.project(section.exchange(rollout.end).y - rollout.start.y)
-
-
-def _section_of(automaton: PlanarAutomaton, rollout: PlanarRollout) -> PlanarSection:
-    """Return the section at the end of a period."""
-    return PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)
 
 
 def _cycle(automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, linear: _LinearPeriod) -> PlanarCycle:
@@ -292,4 +289,5 @@ def _cycle(automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, lin
         critical_friction=planar_critical_friction(automaton, rollout),
         residual=float(np.max(np.abs(linear.change))),
         motion=rollout.motion,
+        start=start,
     )

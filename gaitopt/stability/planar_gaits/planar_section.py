@@ -1,5 +1,6 @@
 """The section of a planar robot's periodic gait: the states right after an event, modulo travel."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,9 @@ from gaitopt.model.planar.mirror import Mirror
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.planar_simulation.planar_walker import exchange_legs
 
 CORRECTIONS = 8
 """Largest number of Newton iterations with which a state returns to the section."""
@@ -86,20 +89,39 @@ class PlanarSection:
             deviation[self.travel] = 0.0
         return deviation
 
+    def place(self, y: Array, fixed: Sequence[int]) -> Array:
+        """Return a state on the section near another one: the gaps change the coordinates, the speeds the rates only.
+
+        Parameters
+        ----------
+        y : (2 n_q,) array
+        fixed : sequence of int
+            Entries of the state that do not change.
+        """
+        y, n, count = np.array(y, dtype=float), self.robot.n_q, len(self.rows.gaps)
+        positions, rates = ([k for k in span if k not in fixed] for span in (range(n), range(n, 2 * n)))
+        for part, places in [(slice(count), positions)] * CORRECTIONS + [(slice(count, None), rates)]:
+            matrix = self._constraint_rows(y)[part][:, places]
+            y[places] -= np.asarray(np.linalg.lstsq(matrix, self.violation(y)[part], rcond=1e-12)[0], dtype=float)
+        return y
+
     def correct(self, y: Array) -> Array:
         """Return the nearest state on the section."""
-        n = self.robot.n_q
         y = np.array(y, dtype=float)
         for _ in range(CORRECTIONS):
-            gap = self._gaps(y[:n])[0][list(self.rows.gaps)].copy()
-            parts = self._rows(y[:n], y[n:])
-            normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in parts[:2])
-            violation = np.concatenate([gap, normal[list(self.rows.normal)], tangent[list(self.rows.tangential)]])
+            violation = self.violation(y)
             if np.max(np.abs(violation), initial=0.0) < 1e-15:
                 break
             correction: Array = np.linalg.lstsq(self._constraint_rows(y), violation, rcond=1e-12)[0].astype(float)
             y -= correction
         return y
+
+    def violation(self, y: Array) -> Array:
+        """Return the gaps and speeds that are zero on the section, shape (m,)."""
+        n, rows = self.robot.n_q, self.rows
+        gap = self._gaps(y[:n])[0][list(rows.gaps)].copy()
+        normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in self._rows(y[:n], y[n:])[:2])
+        return np.concatenate([gap, normal[list(rows.normal)], tangent[list(rows.tangential)]])
 
     def _constraint_rows(self, y: Array) -> Array:
         """Return the derivatives of the quantities that are zero on the section, shape (m, 2 n_q)."""
@@ -109,11 +131,6 @@ class PlanarSection:
         return np.vstack([gaps[list(rows.gaps)], normal[list(rows.normal)], tangential[list(rows.tangential)]])
 
 
-def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
-    """Return a state with exchanged legs, at time 0."""
-    if mirror is None:
-        return PlanarState(0.0, state.q, state.v, state.contacts, state.extended)
-    names = [name for name, _ in state.contacts.modes]
-    modes = tuple((name, state.modes[place]) for name, place in zip(names, mirror.contacts, strict=True))
-    q, v = mirror.coordinates @ state.q, mirror.coordinates @ state.v
-    return PlanarState(0.0, q, v, type(state.contacts)(modes), state.extended)
+def section_of(automaton: PlanarAutomaton, rollout: PlanarRollout) -> PlanarSection:
+    """Return the section at the end of a period."""
+    return PlanarSection(automaton, rollout.arcs[-1], rollout.motion.events[-1], automaton.robot.mirror)

@@ -117,7 +117,7 @@ def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> 
 
 
 @check_arguments
-def basin_edges(
+def locate_basin_edges(
     robot: Robot,
     fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float] | Array],
@@ -149,9 +149,9 @@ def basin_edges(
     >>> import math
     >>> import numpy as np
     >>> from gaitopt import rimless_wheel
-    >>> from gaitopt.study import basin_edges
+    >>> from gaitopt.study import locate_basin_edges
     >>> rates = {"theta_rate": np.linspace(0.1, 3.0, 6)}
-    >>> edges = basin_edges(rimless_wheel(), {"slope": math.radians(13)}, rates, tolerance=1e-3)
+    >>> edges = locate_basin_edges(rimless_wheel(), {"slope": math.radians(13)}, rates, tolerance=1e-3)
     >>> [(below, above) for _, below, above in edges]
     [('fell', 'stick | stick'), ('stick | stick', 'lift_off')]
     """

@@ -1,5 +1,6 @@
 """Basins along a branch: endings of walks from a ball around each gait, and the distance to the basin's edge."""
 
+import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,6 +14,7 @@ from gaitopt.continuation.gait_source import AnyCycle
 from gaitopt.control.law import passive
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.motion.versions import versions
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -21,10 +23,12 @@ from gaitopt.stability.recovery import PushTest, draw_pushes
 from gaitopt.stability.section import Section
 from gaitopt.stability.walk_problem import WalkProblem
 from gaitopt.study.basins.attractor import WalkEnding, classify_walk
-from gaitopt.study.basins.fatal_push import FatalPush, PushSearch, find_fatal_push
+from gaitopt.study.basins.fatal_push import FatalPush, PushSearch, find_fatal_push, find_push_limits
 
 if TYPE_CHECKING:
     import xarray as xr
+
+KIND, VERSION, SIDES = "basins of a branch", 1, ("backward", "forward")
 
 SAME = 1e-3
 """Largest difference of the last point of a walk from a gait to which it converged."""
@@ -37,10 +41,11 @@ class _BasinPoint(NamedTuple):
     cycle: Cycle
     endings: Counter[str]
     push: FatalPush | None
+    edges: Array
 
 
 @check_arguments
-def basin_along_branch(
+def trace_basin(
     problem: WalkProblem,
     diagram: BranchDiagram,
     values: Sequence[float] | Array,
@@ -75,7 +80,8 @@ def basin_along_branch(
     xarray.Dataset
         Over the parameter: ``share`` of the starts with each ``ending``, a gait of the diagram being called
         ``branch 0 (stick | stick)``; ``stable``; ``push``, the size of the smallest fatal push [rad/s], nan if the
-        gait is unstable; ``change``, the change of each ``coordinate`` by it, and ``push_ending``.
+        gait is unstable; ``change``, the change of each ``coordinate`` by it, and ``push_ending``; ``edge``, the sizes
+        of the smallest fatal pushes along each coordinate, backward and forward.
 
     Raises
     ------
@@ -88,7 +94,7 @@ def basin_along_branch(
     >>> from gaitopt import WalkProblem, rimless_wheel, trace
     >>> wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(13)})
     >>> diagram = trace(wheel, {"friction": (1.0, 0.95)})
-    >>> table = basin_along_branch(wheel, diagram, [1.0], balls=PushTest(starts=4),
+    >>> table = trace_basin(wheel, diagram, [1.0], balls=PushTest(starts=4),
     ...                            search=PushSearch(directions=1, refinements=1))
     >>> table.ending.values.tolist(), table.share.values.tolist()
     (['branch 0 (stick | stick)'], [[1.0]])
@@ -96,14 +102,13 @@ def basin_along_branch(
     if not 0 <= branch < len(diagram.branches) or diagram.branches[branch].steps > 1:
         raise InputError(f"The diagram must have a branch {branch} of gaits of one step.")
     measure = _measure_with(problem, diagram, branch, balls or PushTest(), radius, search or PushSearch(), engine)
-    points, guess = list[_BasinPoint](), None
+    points, previous = list[_BasinPoint](), None
     for value in values:
-        point = measure(float(value), guess)
+        point = measure(float(value), previous)
         if point is None:
             continue
         points.append(point)
-        if point.push is not None and point.push.change:
-            guess = np.array([*point.push.change.values()])
+        previous = previous if point.push is None else point
     if not points:
         raise InputError(f"Branch {branch} has no gait at any of the {len(values)} values of {diagram.parameter}.")
     return _make_dataset(diagram, points)
@@ -117,12 +122,12 @@ def _measure_with(
     radius: float,
     search: PushSearch,
     engine: Engine | None,
-) -> Callable[[float, Array | None], _BasinPoint | None]:
-    """Return the function that computes the result at one value, from the direction of the push before it."""
+) -> Callable[[float, _BasinPoint | None], _BasinPoint | None]:
+    """Return the function that computes the result at one value, from that for the stable gait before it."""
     robot, law = problem.robot, problem.law or passive(problem.robot)
     engine = engine or default_engine(law, robot)
 
-    def measure(value: float, guess: Array | None) -> _BasinPoint | None:
+    def measure(value: float, previous: _BasinPoint | None) -> _BasinPoint | None:
         gaits = {
             number: gaits_at(problem, diagram, value, branch=number, engine=engine)
             for number in range(len(diagram.branches))
@@ -136,9 +141,12 @@ def _measure_with(
         for push in draw_pushes(walker.robot, walker.p, cycle.section, balls):
             z = section.project(cycle.section.embed(cycle.z + radius * push))
             endings[_name_ending(classify_walk(walker, z), gaits, section)] += 1
-        guesses = () if guess is None or guess.size != cycle.z.size else (guess,)
-        pushed = find_fatal_push(walker, cycle, search, guesses=guesses) if cycle.stable else None
-        return _BasinPoint(value, cycle, endings, pushed)
+        if not cycle.stable:
+            return _BasinPoint(value, cycle, endings, None, np.full((cycle.z.size, 2), np.nan))
+        edges = find_push_limits(walker, cycle, search, near=None if previous is None else previous.edges)
+        change = {} if previous is None or previous.push is None else previous.push.change
+        guesses = [np.array([*change.values()])] if len(change) == cycle.z.size else []
+        return _BasinPoint(value, cycle, endings, find_fatal_push(walker, cycle, search, guesses=guesses), edges)
 
     return measure
 
@@ -164,19 +172,29 @@ def _make_dataset(diagram: BranchDiagram, points: list[_BasinPoint]) -> "xr.Data
     change = [
         [np.nan if point.push is None else point.push.change.get(name, np.nan) for name in names] for point in points
     ]
+    edges = np.full((len(points), len(names), len(SIDES)), np.nan)
+    for row, point in zip(edges, points, strict=True):
+        row[[names.index(name) for name in point.cycle.section.names]] = point.edges
     over = diagram.parameter
     return xr.Dataset(
         {
             "share": ((over, "ending"), share),
-            "stable": (over, [point.cycle.stable for point in points]),
+            "stable": (over, np.array([point.cycle.stable for point in points], dtype=np.int8)),
             "push": (over, [np.nan if point.push is None else point.push.size for point in points], {"units": "rad/s"}),
             "change": ((over, "coordinate"), np.array(change)),
+            "edge": ((over, "coordinate", "side"), edges, {"units": "rad/s"}),
             "push_ending": (over, ["" if point.push is None else point.push.ending for point in points]),
         },
         {
             over: (over, [point.value for point in points], {"units": diagram.unit}),
             "ending": endings,
             "coordinate": names,
+            "side": list(SIDES),
         },
-        {"title": f"{diagram.robot}: basins along a branch over {over}"},
+        {
+            "title": f"{diagram.robot}: basins along a branch over {over}",
+            "format": f"gaitopt {KIND}",
+            "format_version": VERSION,
+            "versions": json.dumps(versions()),
+        },
     )

@@ -1,5 +1,7 @@
 """The smallest push, in any direction, after which a walker does not return to its gait."""
 
+import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -12,11 +14,15 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.recovery import PushTest, count_settling_steps, push_scale
+from gaitopt.stability.pushed_walk import push_scale
+from gaitopt.stability.recovery import PushTest, count_settling_steps
 from gaitopt.study.basins.attractor import classify_walk
 
 SPREADS = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003)
 """Standard deviations of the changes of the best direction, one round of the refinement each."""
+
+CLOSE = (0.9, 1.1)
+"""Sizes of pushes between which the edge is sought first, relative to that for a neighbouring gait."""
 
 
 @check_arguments
@@ -133,6 +139,49 @@ def find_fatal_push(
     return _EdgeSearch(walker, cycle, search or PushSearch()).run(guesses)
 
 
+def find_push_limits(
+    walker: Walker, cycle: Cycle, search: PushSearch | None = None, *, near: Array | None = None
+) -> Array:
+    """Return the sizes of the smallest fatal pushes along each coordinate, backward and forward.
+
+    Parameters
+    ----------
+    walker : Walker
+    cycle : Cycle
+        A stable gait of one step.
+    search : PushSearch, optional
+        Its sizes, resolution and number of steps.
+    near : (n_z, 2) array, optional
+        Sizes for a neighbouring gait, close to which each edge is sought first.
+
+    Returns
+    -------
+    (n_z, 2) array [rad/s]
+        inf if no push of the largest size is fatal.
+
+    Examples
+    --------
+    >>> import math
+    >>> from gaitopt import find_cycles, passive, rimless_wheel
+    >>> from gaitopt.simulation import default_engine
+    >>> from gaitopt.simulation.hybrid_automaton import Walker
+    >>> wheel = rimless_wheel()
+    >>> gait = find_cycles(wheel, {"slope": math.radians(13)}, starts=10)[0]
+    >>> walker = Walker(wheel, passive(wheel), wheel.vector(gait.parameters), default_engine())
+    >>> bool((find_push_limits(walker, gait, PushSearch(radii=6)) < 2).all())
+    True
+    """
+    seeker = _EdgeSearch(walker, cycle, search or PushSearch())
+    count = cycle.z.size
+    known = np.full((count, 2), np.inf) if near is None or near.shape != (count, 2) else near
+    return np.array(
+        [
+            [seeker.locate(sign * axis, float(guess)) for sign, guess in zip((-1, 1), row, strict=True)]
+            for axis, row in zip(np.eye(count), known, strict=True)
+        ]
+    )
+
+
 class _EdgeSearch:
     """Search for the point of the basin's edge that is nearest to a gait."""
 
@@ -172,15 +221,36 @@ class _EdgeSearch:
     def _try(self, direction: Array) -> None:
         """Keep a direction if a push along it is fatal that is smaller than the best one."""
         direction = direction / np.linalg.norm(direction)
-        sizes = np.linspace(0, self._size * (1 - self._search.resolution), self._search.radii + 1)
-        fatal = next((k for k in range(1, sizes.size) if not self._returns(sizes[k], direction)), None)
-        if fatal is None:
-            return
-        low, high = sizes[fatal - 1], sizes[fatal]
+        bracket = self._bracket(direction, self._size * (1 - self._search.resolution))
+        if bracket is not None:
+            self._safe, self._size = self._bisect(direction, *bracket)
+            self._direction = direction
+
+    def locate(self, direction: Array, guess: float) -> float:
+        """Return the smallest fatal size along a unit direction, sought first close to a guess; inf if there is none.
+
+        Parameters
+        ----------
+        direction : (n_z,) array
+        guess : float [rad/s]
+        """
+        low, high = (factor * guess for factor in CLOSE)
+        if high < self._search.largest and self._returns(low, direction) and not self._returns(high, direction):
+            return self._bisect(direction, low, high)[1]
+        bracket = self._bracket(direction, self._search.largest)
+        return math.inf if bracket is None else self._bisect(direction, *bracket)[1]
+
+    def _bracket(self, direction: Array, largest: float) -> tuple[float, float] | None:
+        """Return neighbouring sizes, from the first of which the walker returns and from the second of which not."""
+        sizes = np.linspace(0, largest, self._search.radii + 1).tolist()
+        return next((pair for pair in itertools.pairwise(sizes) if not self._returns(pair[1], direction)), None)
+
+    def _bisect(self, direction: Array, low: float, high: float) -> tuple[float, float]:
+        """Return neighbouring sizes as close as the resolution."""
         while high - low > self._search.resolution * high:
             middle = (low + high) / 2
             low, high = (middle, high) if self._returns(middle, direction) else (low, middle)
-        self._size, self._safe, self._direction = high, low, direction
+        return low, high
 
     def _returns(self, size: float, direction: Array) -> bool:
         self._walks += 1

@@ -4,27 +4,26 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
-from gaitopt.control.torque_noise import add_torque_noise
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import GaitoptError
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
-from gaitopt.motion.motion import Array
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import check_type, positive, whole_number
-from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Walker, make_walker
-from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.recovery import PushTest, largest_recovery
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+from gaitopt.stability.recovery import PushTest, find_largest_recovery
+from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait
 
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
@@ -55,6 +54,7 @@ class RobustnessMargins:
     unit: str
 
 
+@check_arguments
 @frozen(kw_only=True)
 class WalkTest:
     """Test of a disturbed walk: its number of steps, and the resolution of the margins.
@@ -84,9 +84,9 @@ class WalkTest:
 
 @check_arguments
 def assess_robustness(
-    robot: Robot,
-    law: Law,
-    cycle: Cycle,
+    robot: Robot | PlanarRobot,
+    law: Law | PlanarLaw,
+    cycle: Cycle | PlanarCycle,
     *,
     walking: WalkTest | None = None,
     test: PushTest | None = None,
@@ -104,13 +104,14 @@ def assess_robustness(
 
     Parameters
     ----------
-    robot : Robot
-    law : Law
-    cycle : Cycle
+    robot : Robot or PlanarRobot
+    law : Law or PlanarLaw
+    cycle : Cycle or PlanarCycle
         Gait of one step under the law.
     walking : WalkTest, optional
     test : PushTest, optional
     engine : Engine, optional
+        Of a robot with one foot on the ground.
     execution : Execution, optional
         Workers, each of which tries one kind at a time, and the observer of (kinds tried, kinds in all); this process
         alone by default.
@@ -137,8 +138,8 @@ def assess_robustness(
     ):
         if value is not None:
             check_type(name, value, kind, f"an object such as {kind.__name__}()")
-    engine = engine or default_engine(law, robot)
-    setting = _DisturbedGait(robot, law, cycle, engine, walking or WalkTest(), test or PushTest())
+    gait = disturb_gait(robot, law, cycle, engine)
+    setting = _MarginSearch(gait, cycle, walking or WalkTest(), test or PushTest())
     kinds = ["push", "downhill slope", "uphill slope"]
     if math.isfinite(cycle.parameters["friction"]):
         kinds.append("friction patch")
@@ -156,19 +157,13 @@ def assess_robustness(
 
 
 @dataclass(frozen=True, eq=False)
-class _DisturbedGait:
+class _MarginSearch:
     """A controlled gait and the tests of its disturbed walks."""
 
-    robot: Robot
-    law: Law
-    cycle: Cycle
-    engine: Engine
+    gait: DisturbedGait
+    cycle: Cycle | PlanarCycle
     walking: WalkTest
     test: PushTest
-
-    def walker(self, changes: dict[str, float], law: Law | None = None) -> Walker:
-        parameters, period = {**self.cycle.parameters, **changes}, self.cycle.period
-        return make_walker(self.robot, law or self.law, parameters, period=period, engine=self.engine)
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
         """Double a disturbance until one is not survived, up to `most`, and bisect the last interval."""
@@ -183,59 +178,50 @@ class _DisturbedGait:
         return RobustnessMargins(kind, lower, upper, unit)
 
     def push_margin(self) -> RobustnessMargins:
-        recovery = largest_recovery(self.walker({}), self.cycle, self.test)
+        recovery = find_largest_recovery(self.gait.walker({}), self.cycle, self.test)
         beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
         return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
 
     def on_slope(self, sign: int, change: float) -> bool:
-        tilted = self.walker({"slope": self.cycle.parameters["slope"] + sign * change})
-        return _walks(tilted, self.start, self.walking.steps) is not None
+        tilted = self.gait.walker({"slope": self.cycle.parameters["slope"] + sign * change})
+        return _walks(tilted, self.gait.start, self.walking.steps) is not None
 
     def on_patch(self, drop: float) -> bool:
         """Walk on ground with less friction, then on the nominal ground."""
-        usual, slippery = self.walker({}), self.walker({"friction": self.cycle.parameters["friction"] - drop})
-        state = _walks(slippery, self.start, self.walking.patch)
+        slippery = self.gait.walker({"friction": self.cycle.parameters["friction"] - drop})
+        state = _walks(slippery, self.gait.start, self.walking.patch)
         rest = self.walking.steps - self.walking.patch
-        return state is not None and _walks(usual, state, rest) is not None
+        return state is not None and _walks(self.gait.walker({}), state, rest) is not None
 
     def with_noise(self, deviation: float) -> bool:
-        rng, state = np.random.default_rng(self.walking.seed), self.start
+        rng, state = np.random.default_rng(self.walking.seed), self.gait.start
         for _ in range(self.walking.steps):
-            noise = deviation * rng.normal(size=(self.robot.n_u, 10))
-            following = self.walker({}, add_torque_noise(self.law, noise, self.cycle.period)).stride(state).following
-            if following is None:
+            state = self.gait.noisy_walker(deviation, rng).stride(state).following
+            if state is None:
                 return False
-            state = following
         return True
 
     def with_delay(self, delay: float) -> bool:
-        p, limits = self.robot.vector(self.cycle.parameters), StepLimits(duration=3 * self.cycle.period)
-        late = DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_limits=limits)
-        return _walks(late, self.start, self.walking.steps) is not None
-
-    @property
-    def start(self) -> Array:
-        return self.cycle.section.embed(self.cycle.z)
+        return _walks(self.gait.delayed_walker(delay), self.gait.start, self.walking.steps) is not None
 
 
-def _find_margin(setting: _DisturbedGait, kind: str) -> RobustnessMargins:
+def _find_margin(setting: _MarginSearch, kind: str) -> RobustnessMargins:
     """Run a task: find the largest disturbance of a kind."""
     parameters, period = setting.cycle.parameters, setting.cycle.period
     trials: dict[str, tuple[Callable[[float], bool], float, str]] = {
         "downhill slope": (functools.partial(setting.on_slope, 1), 0.2, "rad"),
         "uphill slope": (functools.partial(setting.on_slope, -1), 0.2, "rad"),
         "friction patch": (setting.on_patch, parameters["friction"], "1"),
-        "torque noise": (setting.with_noise, 10.0, "N m"),
+        "torque noise": (setting.with_noise, *setting.gait.noise_range),
         "sensor delay": (setting.with_delay, period / 2, "s"),
     }
     return setting.push_margin() if kind == "push" else setting.largest(kind, *trials[kind])
 
 
-def _walks(walker: Walker | DelayedWalker, state: Array, steps: int) -> Array | None:
+def _walks(walker: StepWalker, state: Any, steps: int) -> Any | None:
     """Return the state after some steps, or None if the walk ends earlier."""
     for _ in range(steps):
-        following = walker.stride(state).following
-        if following is None:
+        state = walker.stride(state).following
+        if state is None:
             return None
-        state = following
     return state

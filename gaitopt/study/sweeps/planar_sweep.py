@@ -28,7 +28,7 @@ def solve_planar_task(grid: SweepGrid, task: SweepTask, *results: PlanarGait | N
     if task.kind == "point":
         return verify_best_planar([gait for gait in solved if gait.status.ok] or [solve_default(problem, grid.starts)])
     near = sorted((gait for point, gait in gaits if point != task.point and gait.status.ok), key=planar_objective)
-    continued = [solve_planar(problem.replace(guess=FromPlanarGait(gait))) for gait in near[:1]]
+    continued = [solve_planar(problem.replace(guess=FromPlanarGait(gait))).without_certificate() for gait in near[:1]]
     if task.kind == "cold" or not (solved or any(gait.status.ok for gait in continued)):
         continued.append(solve_default(problem, grid.starts))
     return select_best([*solved, *continued])

@@ -1,0 +1,95 @@
+"""Simulated walks of optimised gaits of robots with several contacts, under their torques or a feedback law."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeGuard
+
+import numpy as np
+
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
+    from gaitopt.model.terrain import Terrain
+    from gaitopt.motion.motion import Array
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+
+
+def optimises_planar(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
+    """Return whether the content of a script or file is an optimised gait of a robot with several contacts."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+
+    return isinstance(stated, PlanarProblem | PlanarGait)
+
+
+def find_planar_gait(stated: "PlanarProblem | PlanarGait") -> "PlanarGait":
+    """Return a gait, or that of a problem, which is solved; raise InputError if it is not a solution."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.ocp.multicontact.planar_solver import solve_planar
+
+    return (stated if isinstance(stated, PlanarGait) else solve_planar(stated)).require()
+
+
+def simulate_planar_gait(
+    gait: "PlanarGait",
+    law: "PlanarLaw",
+    changes: Mapping[str, float],
+    *,
+    steps: int,
+    terrain: "Terrain | None" = None,
+) -> "PlanarRollout":
+    """Return the simulation of some steps from the planned state under a law.
+
+    Parameters
+    ----------
+    gait : PlanarGait
+    law : PlanarLaw
+    changes : mapping of str to float
+        New values of coordinates and rates at the start; the others change as little as possible, such that the feet on
+        the ground stay there.
+    steps : int
+        Number of periods; the simulation ends right after the last one.
+    terrain : Terrain, optional
+        The ground on which the walk is simulated; the gait is that on a plane.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or no state with the changed values stands on the feet.
+    """
+    from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+    from gaitopt.simulation.planar_simulation.planar_simulator import follow
+    from gaitopt.simulation.planar_simulation.planar_walker import LONGEST
+    from gaitopt.status import Stop
+
+    values, first = gait.motion.parameters, gait.motion.segments[0]
+    y, n = np.concatenate([first.q[:, 0], first.v[:, 0]]), gait.robot.n_q
+    if changes:
+        y = _change_start(gait, law, y, changes)
+    automaton = PlanarAutomaton(gait.robot, values, law, terrain)
+    duration = steps * LONGEST * gait.period
+    walk = follow(automaton, automaton.begin(y[:n], y[n:]), duration=duration, until=law.section, steps=steps)
+    ends = {Stop.EVENT_REACHED: Stop.STEPS_DONE, Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
+    return replace(walk, stop=ends.get(walk.stop, walk.stop))
+
+
+def _change_start(gait: "PlanarGait", law: "PlanarLaw", y: "Array", changes: Mapping[str, float]) -> "Array":
+    """Return the planned state right after the section with some values changed."""
+    from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+    from gaitopt.simulation.planar_simulation.planar_simulator import follow
+    from gaitopt.stability.planar_gaits.planar_section import section_of
+    from gaitopt.stability.planar_gaits.planar_start import change_state, check_state_names
+    from gaitopt.status import Stop
+
+    check_state_names(gait.robot, changes)
+    automaton, n = PlanarAutomaton(gait.robot, gait.motion.parameters, law), gait.robot.n_q
+    period = follow(automaton, automaton.begin(y[:n], y[n:]), duration=2 * gait.period, until=law.section)
+    if period.stop is not Stop.EVENT_REACHED:
+        raise InputError(f"The state cannot be changed: the gait does not complete its first step. {period.stop.hint}")
+    changed = change_state(section_of(automaton, period), y, changes)
+    if changed is None:
+        raise InputError(f"No state near the gait with {dict(changes)} stands on the feet of the gait.")
+    return changed

@@ -1,0 +1,126 @@
+"""The law of a robot with several contacts as a Python module that needs NumPy only."""
+
+import casadi as ca
+import numpy as np
+
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.export.python_code import write_array, write_function, write_literal
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.version import __version__
+
+
+def planar_law_functions(law: PlanarLaw) -> list[ca.Function]:
+    """Return the Functions of a law to write: the torque of each part, and the latch if it has latched values."""
+    functions = []
+    for number, part in enumerate(law.parts):
+        inputs = part.torque.sx_in()
+        torque = ca.densify(part.torque.call(inputs)[0])
+        functions.append(ca.Function(f"torque_{number}", inputs, [torque], part.torque.name_in(), ["torque"]))
+    return [*functions, law.parts[0].memory.latch] if law.latched else functions
+
+
+def list_sections(robot: PlanarRobot, law: PlanarLaw) -> tuple[str, str]:
+    """Return the contacts whose impact ends a period: with the legs of the plan, and with exchanged legs."""
+    contact = law.section.removesuffix(" closes")
+    if robot.mirror is None:
+        return contact, contact
+    return contact, robot.contact_names[robot.mirror.contacts[robot.contact_names.index(contact)]]
+
+
+def list_matrices(robot: PlanarRobot) -> tuple[ca.DM, ca.DM]:
+    """Return the matrices of the exchange of legs: of q and v to those of the plan, and of its torques back."""
+    mirror = robot.mirror
+    if mirror is None:
+        return ca.DM.eye(robot.n_q), ca.DM.eye(robot.n_u)
+    return ca.DM(mirror.coordinates), ca.DM(mirror.actuators.T)
+
+
+def planar_python_module(robot: PlanarRobot, law: PlanarLaw) -> str:
+    """Return the text of the module."""
+    coordinates, actuators = (np.array(matrix) for matrix in list_matrices(robot))
+    tables = [part.table.T for part in law.parts]
+    parts = [
+        _MODULE.format(
+            robot=write_literal(robot.name),
+            law=write_literal(law.name),
+            version=__version__,
+            coordinates=write_literal(join_units(robot.coordinates, robot.units)),
+            actuators=write_literal(join_units(robot.actuators, robot.actuator_units)),
+            latched=write_literal(", ".join(law.latched) or "none"),
+        ),
+        f"SECTIONS = {list_sections(robot, law)!r}",
+        f"HAS_EXCHANGE = {robot.mirror is not None}",
+        f"EXCHANGE_Q = {write_array(coordinates)}.reshape({robot.n_q}, {robot.n_q})",
+        f"EXCHANGE_U = {write_array(actuators)}.reshape({robot.n_u}, {robot.n_u})",
+        f"BREAKPOINTS = [{', '.join(write_array(part.breakpoints) for part in law.parts)}]",
+        f"TABLES = [{', '.join(f'{write_array(table)}.reshape{table.shape}' for table in tables)}]",
+        *(f"\n\n{write_function(function, f'_{function.name()}')}" for function in planar_law_functions(law)),
+        f"\n\nTORQUES = [{', '.join(f'_torque_{number}' for number in range(len(law.parts)))}]",
+        _CONTROLLER.format(
+            values=len(law.latched),
+            latch="self.latched = _latch(*self._exchange(q, v), TABLES[0][0].tolist())[0]"
+            if law.latched
+            else "del q, v  # nothing is latched",
+        ),
+    ]
+    return "\n".join(parts)
+
+
+def join_units(names: tuple[str, ...], units: tuple[str, ...]) -> str:
+    """Return names with their units."""
+    return ", ".join(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))
+
+
+_MODULE = '''"""Written by gaitopt {version}: controller of the robot {robot}, law {law}.  It needs NumPy only.
+
+q: {coordinates}; v: their rates.
+Torques and forces: {actuators}.  Latched values: {latched}.
+"""
+
+import math
+
+import numpy as np
+'''
+
+_CONTROLLER = '''
+
+class Controller:
+    """The controller and its state between samples: part of the period, exchange of the legs, and latched values.
+
+    States and torques are those of the robot; the controller exchanges its legs in every second period, if it has a
+    pair of them.
+    """
+
+    def __init__(self):
+        self.latched, self.part, self.exchanged = [0.0] * {values}, 0, None
+
+    @property
+    def section(self):
+        """Contact whose impact ends the present period."""
+        return SECTIONS[bool(self.exchanged)]
+
+    def begin(self, q, v):
+        """Begin a period: call it with the first state (n_q arrays), and with that after every impact of `section`."""
+        self.exchanged = HAS_EXCHANGE and self.exchanged is False
+        self.part = 0
+        {latch}
+
+    def impact(self):
+        """Continue with the next part of the period: call it after every other impact of a contact."""
+        self.part = min(self.part + 1, len(TABLES) - 1)
+
+    def step(self, clock, q, v):
+        """Return the torques, shape (n_u,), at the time since the last call of `begin` [s]."""
+        clock, breakpoints = float(clock), BREAKPOINTS[self.part]
+        piece = max(int(np.searchsorted(breakpoints, clock, side="right")) - 1, 0)
+        data = TABLES[self.part][piece].tolist()
+        torque = np.array(TORQUES[self.part]([clock], *self._exchange(q, v), self.latched, [0.0], data)[0])
+        return EXCHANGE_U @ torque if self.exchanged else torque
+
+    def _exchange(self, q, v):
+        """Return the state in the names of the plan."""
+        q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+        if self.exchanged:
+            q, v = EXCHANGE_Q @ q, EXCHANGE_Q @ v
+        return q.tolist(), v.tolist()
+'''

@@ -1,0 +1,94 @@
+"""Walks of a planar robot step by step: from right after one section to right after the next one."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import casadi as ca
+
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.model.planar.mirror import Mirror
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
+from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.status import Stop
+
+LONGEST = 3.0
+"""Longest duration of a step, in periods of the gait."""
+
+TOLERANCE = 1e-8
+"""Relative tolerance of the integration of a walk, which is simulated for many steps or from many states."""
+
+
+class PlanarStride(NamedTuple):
+    """One step: its motion, and the state after it or the reason why it has none.
+
+    Attributes
+    ----------
+    rollout : PlanarRollout
+    stop : Stop or None
+        None if the step ended at the section.
+    following : PlanarState or None
+        State after the exchange of the legs, at time 0.
+    """
+
+    rollout: PlanarRollout
+    stop: Stop | None
+    following: PlanarState | None
+
+
+class PlanarWalker:
+    """A planar robot with given parameters under a torque, which takes steps.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    torque : Function, PlanarLaw or None
+        As for :func:`gaitopt.simulation.simulate_planar`.
+    parameters : mapping of str to float
+        All parameters of robot and ground.
+    section : str
+        Event that ends a step, such as ``"foot B closes"``.
+    period : float [s]
+        Period of the gait near which the robot walks: a step that takes three times as long ends the walk.
+    """
+
+    def __init__(
+        self,
+        robot: PlanarRobot,
+        torque: ca.Function | PlanarLaw | None,
+        parameters: Mapping[str, float],
+        *,
+        section: str,
+        period: float,
+    ) -> None:
+        self.robot, self.section, self.duration = robot, section, LONGEST * period
+        self.automaton = PlanarAutomaton(robot, parameters, torque, tolerance=TOLERANCE)
+
+    def stride(self, state: PlanarState) -> PlanarStride:
+        """Simulate one step from a state right after the section and the exchange of the legs."""
+        rollout = simulate_period(self.automaton, state, self.section, self.duration)
+        if rollout.stop is not Stop.EVENT_REACHED or rollout.end is None:
+            return PlanarStride(rollout, NO_STEP.get(rollout.stop, rollout.stop), None)
+        return PlanarStride(rollout, None, exchange_legs(rollout.end, self.robot.mirror))
+
+
+NO_STEP = {Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
+"""Reasons why a step does not reach its section, by those of the simulation."""
+
+
+def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout:
+    """Return the motion until a section from a state whose closed contacts are known; friction decides their modes."""
+    state = automaton.restart(state)
+    chosen = automaton.events.choose(state, state.closed, state.latched, {})
+    return follow(automaton, chosen, duration=longest, until=section)
+
+
+def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
+    """Return a state with exchanged legs, at time 0."""
+    if mirror is None:
+        return PlanarState(0.0, state.q, state.v, state.contacts, state.extended)
+    names = [name for name, _ in state.contacts.modes]
+    modes = tuple((name, state.modes[place]) for name, place in zip(names, mirror.contacts, strict=True))
+    q, v = mirror.coordinates @ state.q, mirror.coordinates @ state.v
+    return PlanarState(0.0, q, v, type(state.contacts)(modes), state.extended)

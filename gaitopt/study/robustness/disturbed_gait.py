@@ -1,0 +1,170 @@
+"""Disturbed walks of a gait under a law, of robots with one foot on the ground or with several contacts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.control.planar_laws.planar_reference import IDLE
+from gaitopt.control.torque_noise import add_torque_noise
+from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot import Robot
+from gaitopt.motion.motion import Array
+from gaitopt.simulation.delay import DelayedWalker
+from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.hybrid_automaton import Walker, make_walker
+from gaitopt.simulation.planar_simulation.planar_delay import DelayedPlanarWalker
+from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+from gaitopt.simulation.step_limits import StepLimits
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+
+NOISE, PARTS = 10.0, 10
+"""Largest standard deviation of the torque noise [N m], and number of its parts of a step."""
+
+
+class NoiseRange(NamedTuple):
+    """Largest standard deviation of the torque noise that is tried, and its unit."""
+
+    largest: float
+    unit: str
+
+
+class StepWalker(Protocol):
+    """A walker that takes steps: the attribute `following` of a step is the state after it, or None."""
+
+    def stride(self, state: Any) -> Any:
+        """Simulate one step."""
+        ...
+
+
+class DisturbedGait(Protocol):
+    """A periodic gait under a law, and walkers that are disturbed."""
+
+    @property
+    def start(self) -> Any:
+        """State of the gait right after the section."""
+        ...
+
+    @property
+    def noise_range(self) -> NoiseRange:
+        """Range of the torque noise."""
+        ...
+
+    def walker(self, changes: Mapping[str, float]) -> Any:
+        """Return the walker with some parameters changed."""
+        ...
+
+    def noisy_walker(self, deviation: float, rng: np.random.Generator) -> StepWalker:
+        """Return the walker for one step with torque noise of a standard deviation."""
+        ...
+
+    def delayed_walker(self, delay: float) -> StepWalker:
+        """Return the walker whose law reads the state with a delay [s]."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class SingleDisturbedGait:
+    """A gait with one foot on the ground."""
+
+    robot: Robot
+    law: Law
+    cycle: Cycle
+    engine: Engine
+
+    @property
+    def start(self) -> Array:
+        """State after touchdown."""
+        return self.cycle.section.embed(self.cycle.z)
+
+    @property
+    def noise_range(self) -> NoiseRange:
+        """The same range for all robots."""
+        return NoiseRange(NOISE, "N m")
+
+    def walker(self, changes: Mapping[str, float]) -> Walker:
+        """Return the walker with some parameters changed."""
+        return self._walker({**self.cycle.parameters, **changes}, self.law)
+
+    def noisy_walker(self, deviation: float, rng: np.random.Generator) -> Walker:
+        """Return the walker for one step with torque noise."""
+        noise = deviation * rng.normal(size=(self.robot.n_u, PARTS))
+        return self._walker(self.cycle.parameters, add_torque_noise(self.law, noise, self.cycle.period))
+
+    def delayed_walker(self, delay: float) -> DelayedWalker:
+        """Return the walker with a delay."""
+        p, limits = self.robot.vector(self.cycle.parameters), StepLimits(duration=3 * self.cycle.period)
+        return DelayedWalker(self.robot, self.law, p, self.engine, delay=delay, step_limits=limits)
+
+    def _walker(self, parameters: Mapping[str, float], law: Law) -> Walker:
+        return make_walker(self.robot, law, parameters, period=self.cycle.period, engine=self.engine)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarDisturbedGait:
+    """A gait of a robot with several contacts; noise acts on the actuators with a torque in the gait."""
+
+    robot: PlanarRobot
+    law: PlanarLaw
+    cycle: PlanarCycle
+
+    @property
+    def start(self) -> PlanarState:
+        """State right after the section."""
+        return self.cycle.start
+
+    @property
+    def noise_range(self) -> NoiseRange:
+        """Noise as large as the largest torque of the gait at most."""
+        return NoiseRange(float(np.max(self._largest)), " or ".join(dict.fromkeys(self.robot.actuator_units)))
+
+    def walker(self, changes: Mapping[str, float]) -> PlanarWalker:
+        """Return the walker with some parameters changed."""
+        return PlanarWalker(self.robot, self.law, {**self.cycle.parameters, **changes}, **self._step)
+
+    def noisy_walker(self, deviation: float, rng: np.random.Generator) -> PlanarWalker:
+        """Return the walker for one step with torque noise."""
+        noise = deviation * rng.normal(size=(self.robot.n_u, PARTS)) * (self._largest > IDLE)[:, None]
+        parts = tuple(add_torque_noise(part, noise, self.cycle.period) for part in self.law.parts)
+        return PlanarWalker(self.robot, replace(self.law, parts=parts), self.cycle.parameters, **self._step)
+
+    def delayed_walker(self, delay: float) -> DelayedPlanarWalker:
+        """Return the walker with a delay."""
+        return DelayedPlanarWalker(self.robot, self.law, self.cycle.parameters, delay=delay, **self._step)
+
+    @property
+    def _step(self) -> dict[str, Any]:
+        return {"section": self.cycle.section, "period": self.cycle.period}
+
+    @property
+    def _largest(self) -> Array:
+        """Largest torque of each actuator in the gait, shape (n_u,)."""
+        return np.asarray(np.max(np.abs(self.cycle.motion.channel("torque")), axis=1, initial=0.0))
+
+
+def disturb_gait(
+    robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | None
+) -> DisturbedGait:
+    """Return the disturbed walks of a gait.
+
+    Raises
+    ------
+    InputError
+        If robot, law and gait are not of the same kind.
+    """
+    if isinstance(robot, PlanarRobot) and isinstance(law, PlanarLaw) and isinstance(cycle, PlanarCycle):
+        return PlanarDisturbedGait(robot, law, cycle)
+    if isinstance(robot, Robot) and isinstance(law, Law) and isinstance(cycle, Cycle):
+        return SingleDisturbedGait(robot, law, cycle, engine or default_engine(law, robot))
+    kinds = ", ".join(type(each).__name__ for each in (robot, law, cycle))
+    raise InputError(
+        "A push test needs a Robot, a Law and a Cycle (one foot on the ground), or a PlanarRobot, a PlanarLaw and a "
+        f"PlanarCycle (several contacts), got {kinds}."
+    )
