@@ -239,9 +239,9 @@ class _Period:
             load = self._load(modes, body, normal)
             if slide and not slide * self.solver.slip_speed(body, modes.closed, after) > 0:
                 return None
-            if not slide and np.isfinite(self.solver.sliding):
-                if not abs(tangential[body]) <= self.solver.sliding * max(load, 0.0) - least:
-                    return None
+            largest = self.solver.sliding * max(load, 0.0) - least if np.isfinite(self.solver.sliding) else np.inf
+            if not slide and not abs(tangential[body]) <= largest:
+                return None
         return v_plus
 
     def _settle(self, places: tuple[int, ...], now: float, state: Array) -> Contacts | None:
