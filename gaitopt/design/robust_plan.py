@@ -66,7 +66,9 @@ class RobustPlan:
 
     def __repr__(self) -> str:
         robust = "robust" if self.robust else f"not robust: {self.violated!r}"
-        return f"RobustPlan({self.gait!r}, {len(self.selected)} scenarios, {robust}, {self.additional_cost:+.1%} cost)"
+        count = len(self.selected)
+        scenarios = "1 scenario" if count == 1 else f"{count} scenarios"
+        return f"RobustPlan({self.gait!r}, {scenarios}, {robust}, {self.additional_cost:+.1%} cost)"
 
     @property
     def robust(self) -> bool:
@@ -186,6 +188,6 @@ def _tune(
     family = controller_family_named(name, gait.robot, gait.motion, torque_limit=limit)
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
-    if tuned.law is None:
+    if not isinstance(tuned.law, Law):
         raise InputError(f"No gains of the family {name!r} give a law for the gait.")
     return tuned, tuned.law

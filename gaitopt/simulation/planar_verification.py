@@ -19,6 +19,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, make_planar_motion, make_planar_segment
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.replay_difference import describe_first_difference
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.status import Stop
 
@@ -186,10 +187,9 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
     if rollout.stop is not Stop.EVENT_REACHED:
         reasons.append(f"the replay stopped {_describe_end(walked)}: {rollout.stop.hint}")
     if walked.segments and walked.sequence != planned.sequence:
-        reasons.append(
-            f"the replay has the contact sequence '{walked.sequence}' instead of '{planned.sequence}'"
-            f"{_describe_first_difference(planned, walked)}"
-        )
+        reasons.append(f"the replay has the contact sequence '{walked.sequence}' instead of '{planned.sequence}'")
+        difference = describe_first_difference(gait.robot, planned, walked)
+        reasons += [difference] if difference is not None else []
     error, period_error, residual = float("inf"), float("inf"), float("inf")
     complete = rollout.end is not None and len(walked.events) == len(planned.events)
     if complete and rollout.end is not None:
@@ -227,15 +227,6 @@ def _describe_end(walked: PlanarMotion) -> str:
     event = f"after '{' & '.join(walked.events[-1].names)}'" if walked.events else "before the first event"
     modes = name_modes(walked.contacts, tuple(mode for _, mode in last.state.modes))
     return f"at {last.time[-1]:.4g} s, {event}, with {modes}"
-
-
-def _describe_first_difference(planned: PlanarMotion, walked: PlanarMotion) -> str:
-    """Return the first event of a replay that is not that of the plan, as the end of a sentence."""
-    for plan, real in zip(planned.events, walked.events, strict=False):
-        if plan.names != real.names:
-            names, others = (" & ".join(event.names) for event in (real, plan))
-            return f": '{names}' at {real.time:.4g} s comes first, planned is '{others}' at {plan.time:.4g} s"
-    return ""
 
 
 def _compare_modes(plan: PlanarEvent, end: PlanarState) -> list[str]:
