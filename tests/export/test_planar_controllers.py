@@ -81,6 +81,7 @@ def test_the_python_controller_has_the_torques_of_the_simulator(tmp_path, walk, 
 
 
 @compiled
+@pytest.mark.slow
 def test_the_c_controller_has_the_torques_of_the_simulator(tmp_path, walk, law, rng):
     library = build(walk.robot, law, walk.motion.parameters, tmp_path, "walker")
     library.walker_update.restype = None
@@ -106,6 +107,12 @@ def test_the_c_code_has_the_dynamics_and_gaps_of_the_robot(tmp_path, walk, rng):
     mass, bias, _ = call(library.walker_dynamics, (q, v, p), (n * n, n, n * robot.n_u))
     gap, _ = call(library.walker_gaps, (q, p), (n_c, n_c))
     expected = robot.dynamics(q, v, p)
+    state, following, torque = np.zeros(4), np.zeros(4), np.zeros(3)
+    outputs = [array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in (following, torque)]
+    library.walker_update.restype = None
+    library.walker_update(pointer(state), ctypes.c_double(0), ctypes.c_double(1), pointer(q), pointer(v), *outputs)
+    assert torque == pytest.approx(walk.motion.segments[0].torque[:, 0], rel=1e-12)
+    assert following.tolist()[:3] == [0, 0, 1]
     assert mass.reshape(n, n, order="F") == pytest.approx(np.array(expected[0]), rel=1e-13)
     assert bias == pytest.approx(np.array(expected[1]).ravel(), rel=1e-12, abs=1e-12)
     assert gap == pytest.approx(np.array(robot.gaps(q, p)[0]).ravel(), rel=1e-13)

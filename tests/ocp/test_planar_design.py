@@ -66,6 +66,7 @@ def test_the_replay_has_the_optimised_parameters(gait):
     assert 0.5 < gait.design["leg_com"] < 1.1
 
 
+@pytest.mark.slow
 def test_no_fixed_design_has_a_lower_cost(gait):
     costs = [
         solve(PROBLEM.fix_parameters({"leg_com": com, "hip_mass": mass})).solver.objective
@@ -98,13 +99,13 @@ def test_design_and_sensitivities_are_those_of_the_problem_with_one_foot_on_the_
         assert gait.certificate.derivative_of(name) == pytest.approx(expected, rel=2e-3)
 
 
-@pytest.mark.parametrize("name", ["upper bound of hip_mass", "leg_length", "gravity", "speed", "step_length"])
+@pytest.mark.parametrize("name", ["upper bound of hip_mass", "leg_length", "gravity", "speed"])
 def test_sensitivities_are_derivatives_of_solved_problems(gait, name):
     expected = differences(PROBLEM, gait, name)
     assert gait.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
 
 
-@pytest.mark.parametrize("name", ["friction", "foot_mass", "step_length"])
+@pytest.mark.parametrize("name", ["friction", pytest.param("foot_mass", marks=pytest.mark.slow)])
 def test_sensitivities_of_a_hop_are_derivatives_of_solved_problems(hopping, name):
     expected = differences(HOP, hopping, name)
     assert hopping.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
