@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
+    from gaitopt.tuning.controller_family import ControllerFamily
 
 
 def tune(
@@ -69,9 +70,7 @@ def tune(
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
-    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.script import load_feedback_gait
-    from gaitopt.motion.gait import Gait
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
@@ -81,13 +80,9 @@ def tune(
     _check_output(output, "tuned gains")
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        if isinstance(gait, Gait):
-            family = design_for(gait, gait.robot, law, torque_limit, stance_angle)
-        else:
-            family = PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
         tuned = tune_feedback(
             gait,
-            family,
+            _family_of(gait, law, torque_limit, stance_angle),
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=GainSearchOptions(seed=seed),
@@ -105,6 +100,16 @@ def tune(
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
+
+
+def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_angle: bool) -> "ControllerFamily":
+    """Return the controller family of a gait from the options of the command."""
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.motion.gait import Gait
+
+    if isinstance(gait, Gait):
+        return design_for(gait, gait.robot, law, torque_limit, stance_angle)
+    return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
 
 
 def _check_output(path: Path | None, content: str) -> None:

@@ -45,7 +45,7 @@ class BasinSource(Protocol):
 
     @property
     def units(self) -> dict[str, str]:
-        """Units of coordinates that their names do not tell."""
+        """Units of coordinates that do not follow from their names."""
         ...
 
     def complete(self, fixed: Mapping[str, float]) -> dict[str, float]:
