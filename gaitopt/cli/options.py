@@ -151,8 +151,9 @@ BasinAxes = Annotated[
         "--over",
         metavar="NAME=FROM:TO:COUNT",
         help="Axis (at most two): a coordinate of the initial state or a parameter, as FROM:TO:COUNT or "
-        "VALUE,VALUE,... Parameters of the script have the same units as with --set; coordinates and all other "
-        "parameters are in SI units and rad. The results are in SI units and rad.",
+        "VALUE,VALUE,... The description of the command states the values of the other coordinates. Parameters of the "
+        "script have the same units as with --set; coordinates and all other parameters are in SI units and rad. The "
+        "results are in SI units and rad.",
     ),
 ]
 

@@ -115,7 +115,10 @@ def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monk
     gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
     assert gait.status is Status.PLAN_INACCURATE
     (warning,) = gait.solver.warnings
-    assert warning.startswith("contact 'foot B' touches the ground in phase 1 (foot A stick), before its planned")
+    assert warning.startswith(
+        "contact 'foot B' touches the ground in phase 1 (foot A stick), at 0 s, before its planned touchdown, with a "
+        "least gap of "
+    )
 
 
 def test_a_phase_of_minimum_duration_is_a_warning():

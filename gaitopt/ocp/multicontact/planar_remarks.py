@@ -10,7 +10,7 @@ from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.keys import Place, Unknown
 
 ACTIVE = 1e-4
 """Relative distance from its lower bound within which a normal force is at this bound."""
@@ -86,21 +86,28 @@ def find_least_forces(transcription: PlanarTranscription, phase: GridPhase, boun
     return contacts
 
 
-def report_early_touchdowns(transcription: PlanarTranscription, rows: Mapping[int, float]) -> tuple[str, ...]:
+def report_early_touchdowns(
+    transcription: PlanarTranscription, rows: Mapping[int, float], x: Array, g: Array
+) -> tuple[str, ...]:
     """Return a sentence for each contact that touches the ground before its planned touchdown.
 
     Parameters
     ----------
     transcription : PlanarTranscription
     rows : mapping of int to float
-        As :func:`~gaitopt.ocp.multicontact.early_touchdown.find_early_touchdowns` returns them.
+        As :func:`~gaitopt.ocp.multicontact.early_touchdown.find_early_touchdowns` returns them, in order of time.
+    x, g : (n_variables,), (n_constraints,) arrays
+        Unknowns and rows of the plan.
     """
-    entries = [transcription.constraints.entries[row] for row in rows]
-    sections = dict.fromkeys((key.of, replace(place, node=None, between=False)) for place, key in entries)
+    sections: dict[tuple[str, Place], list[int]] = {}
+    for row in rows:
+        place, key = transcription.constraints.entries[row]
+        sections.setdefault((key.of, replace(place, node=None, between=False)), []).append(row)
     return tuple(
-        f"contact {contact!r} touches the ground in {place.label}, before its planned touchdown, and a replay ends the "
-        "step there: arm it later (`armed` of the contact), or change PlanarLimits.clearance, step length or speed."
-        for contact, place in sections
+        f"contact {contact!r} touches the ground in {place.label}, at {_time_of(transcription, members[0], x):.4g} s, "
+        f"before its planned touchdown, with a least gap of {float(g[members].min()):.2g}, and a replay ends the step "
+        "there: arm it later (`armed` of the contact), or change PlanarLimits.clearance, step length or speed."
+        for (contact, place), members in sections.items()
     )
 
 
@@ -117,6 +124,14 @@ def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[s
         "replay may end the step there: arm it later (`armed` of the contact), or use a larger PlanarLimits.clearance."
         for contact, phase in grazing
     )
+
+
+def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:
+    """Return the time of a row of an interval, from the start of the period [s]."""
+    place, key = transcription.constraints.entries[row]
+    durations, number = x[transcription.variables[Unknown.DURATION][0]], place.phase or 0
+    part = (place.node or 0) + float(transcription.structure.scheme.fractions[key.inner])
+    return float(durations[:number].sum() + durations[number] * part / transcription.phases[number].count)
 
 
 def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:

@@ -192,7 +192,7 @@ class GridResult:
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
-        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
+        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
         grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
         remarks += report_grazing_contacts(grazing if not remarks else ())
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
