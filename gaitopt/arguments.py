@@ -301,8 +301,8 @@ def is_masked(value: object) -> bool:
     >>> is_masked(np.ma.array([1.0], mask=[True])), is_masked(np.array([1.0]))
     (True, False)
     """
-    module = sys.modules.get("numpy.ma")
-    return module is not None and isinstance(value, module.MaskedArray)
+    masked = getattr(sys.modules.get("numpy.ma"), "MaskedArray", None)  # another thread may be importing it
+    return masked is not None and isinstance(value, masked)
 
 
 def check_vector(name: str, value: Any, size: int) -> NDArray[np.float64]:

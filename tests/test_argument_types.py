@@ -1,5 +1,8 @@
 """A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
 
+import sys
+from types import ModuleType
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -27,6 +30,7 @@ from gaitopt import (
     write_report,
     write_torques,
 )
+from gaitopt.arguments import is_masked
 
 FILE = "gait.h5"
 GAIT_NEEDED = rf"gait must be a Gait such as load\(\"gait.h5\"\) or solve\(problem\), got '{FILE}'"
@@ -100,3 +104,8 @@ def test_arguments_that_fitted_before_are_compared_again_if_their_type_differs()
     Parameter("mass", 1, "kg", "")
     with pytest.raises(InputError, match="Parameter: default must be a number, got True"):
         Parameter("mass", True, "kg", "")
+
+
+def test_a_masked_array_is_recognised_while_another_thread_imports_its_module(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numpy.ma", ModuleType("numpy.ma"))
+    assert not is_masked(np.ones(2))

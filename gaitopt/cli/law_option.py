@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
     from gaitopt.model.robot import Robot
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.motion import Motion
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.tuning.controller_family import ControllerFamily
 
 OPEN_LOOP = "feedforward"
@@ -54,6 +55,22 @@ def law_for(
             raise InputError(f"The law {design.name!r} has no gain {gain!r}. {suggest(gain, values)}")
         values[gain] = value
     return design.law(values)
+
+
+def law_of_gait(
+    gait: "AnyGait",
+    name: str,
+    gains: list[str] | None = None,
+    torque_limit: float | None = None,
+    stance_angle: bool = False,
+) -> Any:
+    """Return the law of a gait, a Law or PlanarLaw, from the options of a command."""
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if isinstance(gait, PlanarGait):
+        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
+    return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
 
 
 def law_title(name: str, stance_angle: bool) -> str:

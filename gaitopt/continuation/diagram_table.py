@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.atomic import reserve, write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.versions import versions
 
@@ -27,6 +27,7 @@ def write_diagram(table: "xr.Dataset", path: str | Path) -> Path:
     """
     path = Path(path)
     with write_atomically(path) as temporary:
+        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
         with h5py.File(temporary, "w"):
             pass  # in the order of names; h5netcdf would keep that of creation
         table.to_netcdf(temporary, mode="a", engine="h5netcdf")

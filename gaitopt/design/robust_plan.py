@@ -212,6 +212,6 @@ def _tune(
         return None, family.law({})
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
-    if tuned.law is None:
+    if not isinstance(tuned.law, Law):
         raise InputError(f"No gains of the family {family.name!r} give a law for the gait.")
     return tuned, tuned.law

@@ -18,6 +18,12 @@ def problem(speeds=(0.6, 0.65), torque=6.0, family=True, free=(1.0, 3.0)):
 """
 
 
+def test_another_command_on_a_family_names_the_command_for_families(command, script):
+    run = command("solve", script(SCRIPT, "family.py"))
+    assert run.status == 2
+    assert "has a family of gaits; use 'gaitopt design " in run.err
+
+
 def test_a_family_is_solved_replayed_and_saved(command, script, folder):
     run = command("design", script(SCRIPT), "--json")
     assert run.status == 0, run.err

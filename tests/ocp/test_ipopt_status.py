@@ -1,6 +1,7 @@
 import itertools
 import json
 import math
+import mmap
 import os
 import signal
 import threading
@@ -14,6 +15,14 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion import summarise
 from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
+
+
+@pytest.mark.skipif(not hasattr(mmap, "MAP_PRIVATE"), reason="allocates as POSIX does")
+def test_memory_without_room_for_linear_algebra_is_an_error(monkeypatch):
+    """OpenBLAS would try to allocate its buffer for ever."""
+    monkeypatch.setattr(ipopt, "BLAS_BUFFER", 2**60)
+    with pytest.raises(MemoryError, match="insufficient for the linear algebra"):
+        ipopt._require_memory_of_blas.__wrapped__()
 
 
 @pytest.fixture(scope="module")

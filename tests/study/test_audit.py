@@ -13,7 +13,7 @@ from gaitopt.cli.script import call_script
 from gaitopt.model import flat_foot_walker
 from gaitopt.study.audit import audited_problem
 from gaitopt.study.audit.audit_file import AuditFile
-from gaitopt.study.audit.audited_problem import FALSE_PASS, REFUSED, audit_problem, describe_disagreement
+from gaitopt.study.audit.audited_problem import FALSE_PASS, REFUSED, VERIFIED, audit_problem, describe_disagreement
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.second_planar_replay import replay_planar_again
 from gaitopt.study.audit.second_replay import replay_again
@@ -78,6 +78,18 @@ def test_a_flat_foot_has_one_tangential_force():
         np.testing.assert_allclose(rows[0][list(places)] @ acceleration, 0, atol=1e-9)
         sliding = rows[1][list(places)] @ acceleration if not slide else force + 0.8 * normal.sum()
         np.testing.assert_allclose(sliding, 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("number", [391, pytest.param(113, marks=pytest.mark.slow)])
+def test_a_foot_that_rises_for_an_instant_and_one_without_impulse_are_replayed(number):
+    """The foot of problem 391 is above the ground for some milliseconds; in problem 113 an impulse is zero."""
+    assert audit_number((18, None), number)["result"] == VERIFIED
+
+
+def test_no_foot_slides_with_infinite_friction():
+    robot = flat_foot_walker()
+    solver = ContactSolver(robot, robot.vector(robot.resolve({})), (np.inf, np.inf))
+    assert {slide for modes in solver.list_modes((0, 1)) for _, slide in modes.slides} == {0}
 
 
 def test_a_false_pass_and_a_refusal_are_reported(monkeypatch, slip_gait):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Execution, InputError, solve
+from gaitopt import ArchiveError, Collocation, Execution, InputError, solve
 from gaitopt.plot import plot_front
 from gaitopt.status import Status
 from gaitopt.study import Pareto, load_front, load_front_gait
@@ -136,6 +136,15 @@ def test_two_processes_and_an_interrupted_run_give_the_same_front(front, tmp_pat
         load_front_gait(path, 6)
     with pytest.raises(InputError, match="different study"):
         Pareto(points=3).trace(quick_problem(), path=path)
+
+
+def test_a_front_that_exceeds_the_disk_is_refused_and_its_gaits_are_kept(tmp_path, full_disk):
+    """The HDF5 library would crash (segmentation fault)."""
+    trade, path = Pareto(points=2, bounds={"peak_torque": (5, 6)}), tmp_path / "front.nc"
+    with full_disk(150_000), pytest.raises(ArchiveError, match=r"Cannot write .*front\.nc: File too large"):
+        trade.trace(quick_problem(), path=path)
+    assert not path.exists()
+    assert trade.trace(quick_problem(), path=path).attrs["complete"] == 1
 
 
 def test_dominated_points_and_repetitions_are_not_on_a_front():

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import mmap
 import threading
 import time
 from collections.abc import Iterator
@@ -55,11 +56,24 @@ LARGE, APPROXIMATE_MINIMUM_FILL = 2000, 2
 """Number of unknowns beyond which MUMPS orders the matrix for approximate minimum fill, and its number for this: 15 %
 less time at 4000 unknowns, but 7 % more at 500."""
 
+BLAS_BUFFER = 2**27
+"""Size of the buffer that the OpenBLAS of CasADi's wheel allocates in the first solve of a process [bytes]."""
+
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
 
 ONE_AT_A_TIME = ForkSafeLock()
 """Lock of all solves: Ipopt with MUMPS is not thread-safe, so parallel solves need processes."""
+
+
+@functools.cache
+def _require_memory_of_blas() -> None:
+    """Raise MemoryError, once in a process, unless OpenBLAS can allocate its buffer: it would try again for ever."""
+    if hasattr(mmap, "MAP_PRIVATE"):
+        try:
+            mmap.mmap(-1, BLAS_BUFFER, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
+        except OSError:
+            raise MemoryError("The memory is insufficient for the linear algebra of Ipopt.") from None
 
 
 def _check_linear_solver(options: object, attribute: object, value: str) -> None:
@@ -138,6 +152,7 @@ class Ipopt:
             solver, callback = _compile(nlp, untimed, None if multipliers is None else barrier)
         near = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
         limits = {"lbx": bounds.x_lower, "ubx": bounds.x_upper, "lbg": bounds.g_lower, "ubg": bounds.g_upper}
+        _require_memory_of_blas()
         with _lock_solves():
             try:
                 with stop_on_interrupt(callback.interrupt):

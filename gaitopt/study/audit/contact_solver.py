@@ -90,10 +90,10 @@ class ContactSolver:
 
     def list_modes(self, places: tuple[int, ...]) -> list[Contacts]:
         """Return all modes of some contacts, the ones with most closed contacts first."""
-        every = []
+        every, slips = [], (0, 1, -1) if np.isfinite(self.sliding) else (0,)
         for count in range(len(places), -1, -1):
             for closed in itertools.combinations(places, count):
                 bodies = sorted({self.bodies[place] for place in closed})
-                for slides in itertools.product((0, 1, -1), repeat=len(bodies)):
+                for slides in itertools.product(slips, repeat=len(bodies)):
                     every.append(Contacts(closed, tuple(zip(bodies, slides, strict=True))))
         return every

@@ -25,6 +25,9 @@ AT_REST = 1e-9
 FORCE = 1e-9
 """Forces and accelerations above minus this share of the weight, or of gravity, count as not negative."""
 
+IMPULSE = 1e-12
+"""Impulses above minus this share of all normal impulses count as not negative."""
+
 LIGHT = 1e-4
 """Share of the weight below which a foot that reaches the friction cone leaves the ground."""
 
@@ -229,13 +232,15 @@ class _Period:
             return None
         after = np.concatenate([state[: self._n], v_plus])
         rows = self.solver.rows(after[: self._n], v_plus)[0]
-        if any(normal[place] < 0 if place in modes.closed else rows[place] @ v_plus < 0 for place in places):
+        least = -IMPULSE * float(np.sum(np.abs(normal)))
+        if any(normal[place] < least if place in modes.closed else rows[place] @ v_plus < 0 for place in places):
             return None
         for body, slide in modes.slides:
             load = self._load(modes, body, normal)
             if slide and not slide * self.solver.slip_speed(body, modes.closed, after) > 0:
                 return None
-            if not slide and not abs(tangential[body]) <= self.solver.sliding * load:
+            largest = self.solver.sliding * max(load, 0.0) - least if np.isfinite(self.solver.sliding) else np.inf
+            if not slide and not abs(tangential[body]) <= largest:
                 return None
         return v_plus
 

@@ -37,6 +37,10 @@ INSTANT = 1e-9
 START = 1e-6
 """Time after the start of a step during which the feet do not touch down [s]."""
 
+SUMMIT = "summit"
+"""Greatest height of the swing foot above the ground, where the integrator is restarted: it detects no touchdown of a
+foot that rises above the ground and falls within one of its steps."""
+
 
 @dataclass(frozen=True, eq=False)
 class SecondReplay:
@@ -98,6 +102,7 @@ class _Step:
         self._dynamics = DenseCall(robot.dynamics, p)
         self.sliding = motion.parameters["friction"]
         self.static = self.sliding * motion.parameters.get("static_friction_ratio", 1.0)
+        self._summit = 0.0
         self._begin = float(motion.segments[0].time[0])
         time = np.concatenate([segment.time for segment in motion.segments]) - self._begin
         self._torques = TorqueTable(time, np.concatenate([segment.torque for segment in motion.segments], axis=1))
@@ -110,6 +115,9 @@ class _Step:
         while len(phases) < MOST_PHASES:
             phases.append(NAMES[slide])
             end = self._flow(slide, now, state)
+            while end.name == SUMMIT:
+                self._summit = end.time
+                end = self._flow(slide, end.time, end.state)
             now, state = end.time, end.state
             if end.name == "touchdown":
                 return self._land(phases, end)
@@ -148,6 +156,8 @@ class _Step:
         return integrate_piece(piece, state, np.array([now, *self._torques.corners(now, last), last]))
 
     def _accepts(self, name: str, time: float, state: Array) -> bool:
+        if name == SUMMIT:
+            return time > self._summit + START and self._touchdown(state)[0] > 0
         if name != "touchdown":
             return True
         return time > START and float(self._touchdown(state)[2]) > 0
@@ -165,6 +175,7 @@ class _Step:
 
         guards: dict[str, Any] = {
             "touchdown": lambda t, y, middle: self._touchdown(y)[0],
+            SUMMIT: lambda t, y, middle: self._touchdown(y)[1],
             "lift-off": lambda t, y, middle: self._force(slide, t, y, middle)[1][1],
         }
         if slide:

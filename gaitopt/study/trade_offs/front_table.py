@@ -230,11 +230,11 @@ def _attributes(front: Front) -> dict[str, Any]:
     }
 
 
-def write_front(front: Front, path: Path) -> "xr.Dataset":
-    """Write a front with its gaits to a file atomically, and return its table."""
+def write_front(front: Front, path: Path, room: int) -> "xr.Dataset":
+    """Write a front with its gaits, which need `room` bytes, to a file atomically, and return its table."""
     table = tabulate_front(front)
     with write_atomically(path) as temporary:
-        write_table(table, temporary, TABLE)
+        write_table(table, temporary, TABLE + room)
         robots: SharedGroups = {}
         with h5py.File(temporary, "a") as file:
             for number, index in enumerate(front.grid.points()):

@@ -246,7 +246,10 @@ def _resume_file(path: Path, key: dict[str, Any], find: Any) -> "xr.Dataset":
     with lock_study(path):
         table = _read_complete(path, key)  # another process may have finished it
         if table is None:
-            table = write_front(find(GaitStore(parts, key)), path)
+            folder = GaitStore(parts, key)
+            front = find(folder)
+            gaits = [folder.file(name) for name in folder if name.startswith("point-")]
+            table = write_front(front, path, sum(file.stat().st_size for file in gaits))
         if table.attrs["complete"]:
             shutil.rmtree(parts, ignore_errors=True)
     return table
