@@ -18,7 +18,7 @@ def problem(
     torque_limit=6.0,  # of ankle and hip each [N m]
     objective="torque_squared",  # or cost_of_transport, positive_work, ...
     sequence="stick | stick",  # contact sequence: phases | impact
-    law="computed_torque",  # or joint_pd, lqr, feedforward, SCRIPT.py:FUNCTION
+    law="lqr",  # or computed_torque, joint_pd, feedforward, SCRIPT.py:FUNCTION
     evaluations=12,  # of the gains in each round
 ):
     """Return the problem: the gait of least squared torques that survives all scenarios under a law."""
