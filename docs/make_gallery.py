@@ -15,6 +15,7 @@ from PIL import Image
 
 from gaitopt import animate, assess_stability, find_cycles, solve, verify
 from gaitopt.cli.script import read_script
+from gaitopt.design import RobustProblem
 from gaitopt.errors import GaitoptError
 from gaitopt.ocp import GaitProblem, PlanarProblem, solve_planar
 from gaitopt.plot.stick_figures import draw_stick_figures
@@ -51,6 +52,7 @@ def describe(problem):
     """Return the entry of a problem in the table, and its gait."""
     begin = time.process_time()
     gait = KINDS[type(problem)](problem)
+    problem = getattr(problem, "problem", problem)  # of a RobustProblem
     entry = {"robot": problem.robot.name, "sequence": str(gait.sequence)}
     entry["seconds"] = float(f"{time.process_time() - begin:.2g}")
     if isinstance(problem, GaitProblem | PlanarProblem):
@@ -73,6 +75,7 @@ def spectral_radius(gait):
 
 KINDS = {
     GaitProblem: lambda problem: verify(solve(problem)),
+    RobustProblem: lambda problem: problem.solve().gait,
     PlanarProblem: lambda problem: verify_planar(solve_planar(problem)),
     PlanarWalkProblem: lambda problem: next(problem.search(4)),
     WalkProblem: lambda problem: min(

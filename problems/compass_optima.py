@@ -18,7 +18,7 @@ def problem(
     sequence="stick | stick",  # contact sequence: phases | impact
     transcription="collocation",  # or multiple_shooting
 ):
-    """Return the problem: least squared torques; branches need a smooth objective."""
+    """Return the problem: least squared torques."""
     return GaitProblem(
         name="compass biped, optimal gaits over friction",
         robot=compass_biped(),

@@ -89,7 +89,8 @@ def catalogue():
 
 def problem_of(path):
     """Return the problem of a script."""
-    return read_script(path, None)()
+    problem = read_script(path, None)()
+    return getattr(problem, "problem", problem)  # of a RobustProblem
 
 
 def attempt(function, *arguments):

@@ -156,6 +156,11 @@ def run_script(path: str) -> None:
     main(["solve", str(Path(path)), *sys.argv[1:]])
 
 
+def run_design(path: str) -> None:
+    """Solve the design of a script that is run as ``python SCRIPT``; further arguments are those of ``design``."""
+    main(["design", str(Path(path)), *sys.argv[1:]])
+
+
 def run_stability(path: str) -> None:
     """Find the gaits of a script that is run as ``python SCRIPT``; further arguments are those of ``stability``."""
     main(["stability", str(Path(path)), *sys.argv[1:]])

@@ -3,7 +3,7 @@
 import functools
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -34,6 +34,7 @@ from gaitopt.cli.workers import WorkerOptions, worker_options
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gaitopt.cli.axis import Problem
     from gaitopt.cli.inputs import CommandInput, Request
     from gaitopt.motion.motion import Array
     from gaitopt.parallel.execution import TaskObserver
@@ -65,26 +66,41 @@ def basin(
 
     For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
     gait is also reported.  Coordinates of the start without an axis have the value of --state, otherwise that of the
-    saved gait or, with a single axis, of the periodic gait that is found first.
+    saved gait or, with a single axis, of the periodic gait that is found first; they are 0 for a script with two axes.
+    The file of results contains them.
+
+    For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
+    rates that are not given change as little as possible, such that its feet stand on the ground.
 
     The command may be interrupted: with an output file, the same command resumes the computation.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.planar_basin import find_planar_basin, read_planar_subject, share_of_planar_gait
+    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.walk_output import basin_facts, print_basin
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
-    subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
+    if (planar := read_planar_subject(request)) is None:
+        subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
+    else:
+        axes, base = _axes_of(request, over, hidden=json or quiet), read_numbers(state, "--state")
     with worker_options(workers, scheduler) as team, show_progress("starts", hidden=json, counted=True) as display:
-        result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
-    share = _share_of_gait(request, subject, result)
+        if planar is None:
+            result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
+        else:
+            options = _options(request, steps, output, team, display.count)
+            option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
+            result = find_planar_basin(planar, option, axes, base, **options)
+    engine_used = None if planar is not None else subject.engine
+    share = _share_of_gait(request, subject, result) if planar is None else share_of_planar_gait(result, planar)
     if json:
         seconds = time.perf_counter() - began
-        print_json(basin_facts(result, subject.engine, share) | {"file": output and str(output), "seconds": seconds})
+        print_json(basin_facts(result, engine_used, share) | {"file": output and str(output), "seconds": seconds})
     else:
-        print_basin(result, subject.engine, share)
+        print_basin(result, engine_used, share)
         if output is not None:
             report_file(output)
     if not result.attrs["complete"]:
@@ -95,29 +111,50 @@ def _basin_inputs(
     request: "Request", over: list[str], state: list[str] | None, *, hidden: bool
 ) -> tuple["CommandInput", dict[str, "Array"], dict[str, float]]:
     """Return the walker of a basin, its axes in SI units, and the other coordinates of the starts."""
-    from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
     from gaitopt.cli.inputs import read_input
-    from gaitopt.cli.script import read_script, walk_problem
     from gaitopt.simulation.engine_choice import faster_walks
     from gaitopt.stability.cycle_search import STARTS
     from gaitopt.stability.start import choose_start
 
-    axes, notes = grid(over, MOST_STARTS), list[str | None]()
-    if request.is_script:
-        script = read_script(request.source, request.settings)
-        problem = walk_problem(script)
-        axes = convert_axes(script, problem, axes)
-        notes.append(unconverted_axes(script, problem, axes))
+    axes = _axes_of(request, over, hidden=hidden)
     # A gait completes the start if fewer than two axes and no coordinate are given.
     subject = read_input(request, STARTS if not state and len(axes) < 2 else 0, first=True)
-    notes.append(faster_walks(subject.engine))
-    for note in notes:
-        if note and not hidden:
-            err.print(note, soft_wrap=True)
+    note = faster_walks(subject.engine)
+    if note and not hidden:
+        err.print(note, soft_wrap=True)
     base = read_numbers(state, "--state")
     if subject.cycle is not None:
         base = choose_start(subject.robot, subject.robot.vector(subject.parameters), base, subject.cycle)
     return subject, axes, {name: value for name, value in base.items() if name not in axes}
+
+
+def _axes_of(request: "Request", over: list[str], *, hidden: bool) -> dict[str, "Array"]:
+    """Return the axes of a basin in SI units."""
+    from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
+    from gaitopt.cli.script import read_script
+
+    axes = grid(over, MOST_STARTS)
+    if not request.is_script:
+        return axes
+    script = read_script(request.source, request.settings)
+    problem = cast("Problem", request.stated)
+    axes = convert_axes(script, problem, axes)
+    note = unconverted_axes(script, problem, axes)
+    if note and not hidden:
+        err.print(note, soft_wrap=True)
+    return axes
+
+
+def _options(
+    request: "Request", steps: int, path: Path | None, team: WorkerOptions, observer: "TaskObserver"
+) -> dict[str, Any]:
+    """Return the options of a basin that do not depend on the robot."""
+    from gaitopt.cli.script import load_script
+    from gaitopt.study.basins.attractor import SettlingCriterion
+
+    prepare = functools.partial(load_script, request.source.resolve()) if request.is_script else None
+    execution = team.execution(observer, prepare)
+    return {"patience": SettlingCriterion(steps=steps), "execution": execution, "path": path}
 
 
 def _find_basin(
@@ -131,21 +168,15 @@ def _find_basin(
     observer: "TaskObserver",
 ) -> "xr.Dataset":
     """Return the basin of a walker, computed or continued from a file."""
-    from gaitopt.cli.script import load_script
-    from gaitopt.study.basins.attractor import SettlingCriterion
     from gaitopt.study.basins.basin import basin as find_basin
-
-    prepare = functools.partial(load_script, request.source.resolve()) if request.is_script else None
 
     return find_basin(
         subject.robot,
         {name: value for name, value in {**base, **subject.parameters}.items() if name not in axes},
         axes,
         law=subject.law,
-        patience=SettlingCriterion(steps=steps),
         engine=subject.engine,
-        execution=team.execution(observer, prepare),
-        path=path,
+        **_options(request, steps, path, team, observer),
     )
 
 

@@ -7,20 +7,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gaitopt.cli.options import Json, Quiet, ScriptFile, Setting, Verbose
+from gaitopt.cli.options import LAWS, Json, Quiet, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from gaitopt.design.family_gaits import FamilyGaits
+    from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.progress import HomotopyIteration, Iteration
+
+LAW_VALUES = f"{', '.join(LAWS)}, feedforward, or SCRIPT.py:FUNCTION"
 
 BOUND_TOLERANCE = 1e-6
 """Distance from a bound, relative to the range of a parameter, at which the parameter is at its bound."""
@@ -33,14 +37,20 @@ def design(
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the gait files.", show_default="SCRIPT"),
     ] = None,
+    law: Annotated[
+        str | None, typer.Option(help=f"Law of a RobustProblem instead of that of the script: {LAW_VALUES}.")
+    ] = None,
+    count: Annotated[int, typer.Option(min=1, help="Number of unseen scenarios of each kind (RobustProblem).")] = 20,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Optimise parameters of a walker together with its gaits, replay the gaits, and save them.
+    """Optimise parameters of a walker together with its gaits, or plan a robust gait; replay and save the gaits.
 
-    The script returns a Family, or a GaitProblem or a PlanarProblem with free parameters.  Exit status 0 if all
-    gaits are solved and verified, 1 otherwise.
+    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem: one gait
+    and one law for ranges of parameters and for pushes, with the additional cost and the scenarios that it survives.
+    The gains of the law are saved for 'gaitopt push --law'.  Exit status 0 if all gaits are solved and verified, or the
+    plan survives all candidate scenarios; 1 otherwise.
 
     Example: gaitopt design walker.py --set friction=0.2 -o walker
     """
@@ -50,6 +60,8 @@ def design(
 
     stated = read_script(script, setting)()
     folder = output or Path(script.stem)
+    if (robust := _state_robust(stated, law)) is not None:
+        design_robust(robust, folder, script.stem, count=count, json=json)
     paths = [folder / f"{script.stem}_{number}.h5" for number in range(1, _count_gaits(stated, script) + 1)]
     folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
@@ -72,6 +84,21 @@ def design(
     raise typer.Exit(0 if ok else 1)
 
 
+def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":
+    """Return the robust problem of a script, with a law; None for another problem, and InputError if it has a law."""
+    from dataclasses import replace
+
+    from gaitopt.design.robust_problem import RobustProblem
+
+    if isinstance(stated, RobustProblem):
+        return stated if law is None else replace(stated, law=law)
+    if law is not None:
+        raise InputError(
+            f"--law is accepted for a RobustProblem only, and the script returns a {type(stated).__name__}."
+        )
+    return None
+
+
 def _count_gaits(stated: object, script: Path) -> int:
     """Return the number of gaits that a script states; InputError unless it has free parameters."""
     from gaitopt.design.family import Family
@@ -86,8 +113,8 @@ def _count_gaits(stated: object, script: Path) -> int:
             return 1
         kind += " without free parameters"
     raise InputError(
-        f"problem() of {script} must return a Family, or a GaitProblem or a PlanarProblem with free={{...}}; "
-        f"it returned {kind}."
+        f"problem() of {script} must return a Family, a RobustProblem, or a GaitProblem or a PlanarProblem with "
+        f"free={{...}}; it returned {kind}."
     )
 
 

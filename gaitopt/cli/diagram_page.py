@@ -43,8 +43,8 @@ def write_page_of_file(file: Path, path: Path, source: Path | None, *, coordinat
     diagram = load_result(file)
     if not isinstance(diagram, BranchDiagram):
         raise InputError(
-            f"A page (.html) is written for a diagram of periodic gaits, and {file} is none; 'gaitopt report' writes "
-            "the page of a gait, and a figure has the suffix .png, .pdf or .svg."
+            f"A page (.html) is written for a diagram of periodic gaits only, and {file} contains another result; "
+            "'gaitopt report' writes the page of a gait, and a figure has the suffix .png, .pdf or .svg."
         )
     problem = _problem_of(diagram, file, source)
     _require_gaits(diagram, problem, file, source)

@@ -1,12 +1,14 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_for
+from gaitopt.cli.law_option import OPEN_LOOP, find_feedback, law_of_gait
 from gaitopt.cli.options import (
+    FigureWidth,
+    FontSize,
     GainValues,
     GaitFile,
     GaitFiles,
@@ -23,9 +25,6 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.errors import InputError
-
-if TYPE_CHECKING:
-    from gaitopt.motion.planar_gait import AnyGait
 
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
 """Content of the files that export writes, by their suffix."""
@@ -50,8 +49,8 @@ def plot(
             show_default="cost_of_transport, or the first coordinate",
         ),
     ] = None,
-    width: Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")] = 7.2,
-    font_size: Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")] = 8.5,
+    width: FigureWidth = 7.2,
+    font_size: FontSize = 8.5,
     title: Annotated[bool, typer.Option("--title/--no-title", help="Print a title above the figure.")] = True,
     problem: Annotated[
         Path | None,
@@ -182,19 +181,6 @@ def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
         raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
 
 
-def _law_of(
-    gait: "AnyGait", name: str, gains: list[str] | None, torque_limit: float | None, *, stance_angle: bool
-) -> Any:
-    """Return the law of a gait that the options of the command state."""
-    from gaitopt.motion.planar_gait import PlanarGait
-
-    if isinstance(gait, PlanarGait):
-        from gaitopt.cli.planar_law_option import PlanarLawOption
-
-        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
-    return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
-
-
 def export(
     file: GaitFile,
     output: Annotated[
@@ -244,7 +230,7 @@ def export(
     if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
         report_file(write_torques(gait.motion, output), json=json)
         return
-    robot, chosen = gait.robot, _law_of(gait, law, gain, torque_limit, stance_angle=stance_angle)
+    robot, chosen = gait.robot, law_of_gait(gait, law, gain, torque_limit, stance_angle)
     if suffix == ".json":
         written = write_torques(gait.motion, output, law=None if law == OPEN_LOOP else chosen)
     elif suffix == ".py":

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gaitopt.cli.feedback_output import endurance_facts, print_endurance, print_tuning, print_unstable, tuning_facts
-from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_for, law_title
+from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
 from gaitopt.cli.options import (
     Frictions,
     GainsOutput,
     GainValues,
-    GaitFile,
     Json,
     LawName,
     PushOutput,
@@ -22,6 +21,7 @@ from gaitopt.cli.options import (
     RobotScript,
     Scheduler,
     Sensitivity,
+    Source,
     StanceAngle,
     TorqueLimit,
     Verbose,
@@ -35,15 +35,18 @@ from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
     from gaitopt.control.law import Law
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
-    from gaitopt.motion.gait import Gait
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.stability.cycle import Cycle
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
 
 
 def tune(
-    file: GaitFile,
+    file: Source,
     problem: RobotScript = None,
     law: LawName = "lqr",
     torque_limit: TorqueLimit = None,
@@ -59,11 +62,16 @@ def tune(
 ) -> None:
     """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed states.
 
+    The gait of a robot with several contacts may also be stated by its problem script, which is then solved; its laws
+    are joint_pd, lqr and step_lqr.
+
     Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
-    from gaitopt.cli.script import load_single_support_gait
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.cli.script import load_feedback_gait
+    from gaitopt.motion.gait import Gait
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
@@ -71,11 +79,15 @@ def tune(
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
     _check_output(output, "tuned gains")
-    gait = load_single_support_gait(file, problem)
     with show_progress("tuning", hidden=json) as display:
+        gait = load_feedback_gait(file, problem)
+        if isinstance(gait, Gait):
+            family = design_for(gait, gait.robot, law, torque_limit, stance_angle)
+        else:
+            family = PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
         tuned = tune_feedback(
             gait,
-            design_for(gait, gait.robot, law, torque_limit, stance_angle),
+            family,
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=GainSearchOptions(seed=seed),
@@ -110,7 +122,7 @@ def _progress(step: TuningStep | VerificationStep) -> str:
 
 
 def push(
-    file: GaitFile,
+    file: Source,
     problem: RobotScript = None,
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
@@ -130,33 +142,36 @@ def push(
 
     A push changes angles and rates after a touchdown in a random direction; all seeded pushes of a size must be
     survived.  The slope changes for all steps.  The friction patch is a loss of friction over five steps in the middle
-    of the walk.  The noise acts on each torque, and the delay is the age of the state that the law receives.
+    of the walk, whereas --patch of 'gaitopt simulate' states the friction itself.  The noise acts on each torque, and
+    the delay is the age of the state that the law receives.
+
+    For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
+    the ground; the noise acts on the actuators with a planned torque. Its gait may also be stated by its problem
+    script, which is then solved.
 
     The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
     takes, are reported in open loop (torques replayed) and under the law.
 
     Example: gaitopt push compass_slip.h5 --law lqr
     """
-    from gaitopt.cli.script import load_single_support_gait
-    from gaitopt.control.law import feedforward
-    from gaitopt.simulation.engine_choice import default_engine
+    from gaitopt.cli.script import load_feedback_gait
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
     from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
 
     began = time.perf_counter()
     _check_output(output, "push test")
-    gait = load_single_support_gait(file, problem)
-    chosen, title = law_for(gait, gait.robot, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
+    gait = load_feedback_gait(file, problem)
+    chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     with worker_options(workers, scheduler) as team:
         margins = _margins_of(gait.robot, chosen, cycle, steps, test, team, hidden=json)
-    basins = _basins(gait, {title: chosen, "open loop": feedforward(gait.robot, gait.motion)}, ball, test, hidden=json)
+    basins = _basins(gait, {title: chosen, "open loop": law_of_gait(gait, OPEN_LOOP)}, ball, test, hidden=json)
     record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
     written = None if output is None else save_robustness(record, output)
     facts = {
         "law": title,
-        "engine": default_engine(chosen, gait.robot).name,
+        "engine": _engine_of(chosen, gait),
         "radius": cycle.radius,
         "steps": steps,
         **endurance_facts(margins, ball, basins["open loop"], basins[title]),
@@ -170,8 +185,18 @@ def push(
         report_file(written)
 
 
+def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
+    """Return the name of the engine that simulates the walks of a gait."""
+    from gaitopt.cli.planar_walks import ENGINE
+    from gaitopt.control.law import Law
+    from gaitopt.motion.gait import Gait
+    from gaitopt.simulation.engine_choice import default_engine
+
+    return default_engine(law, gait.robot).name if isinstance(gait, Gait) and isinstance(law, Law) else ENGINE
+
+
 def _basins(
-    gait: "Gait", laws: "dict[str, Law]", ball: float, test: "PushTest", *, hidden: bool
+    gait: "AnyGait", laws: "dict[str, Law | PlanarLaw]", ball: float, test: "PushTest", *, hidden: bool
 ) -> "dict[str, Recovery | None]":
     """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
     from gaitopt.stability.gait_recovery import measure_gait_recovery
@@ -185,7 +210,14 @@ def _basins(
 
 
 def _margins_of(
-    robot: "Robot", law: "Law", cycle: "Cycle", steps: int, test: "PushTest", team: WorkerOptions, *, hidden: bool
+    robot: "Robot | PlanarRobot",
+    law: "Law | PlanarLaw",
+    cycle: "Cycle | PlanarCycle",
+    steps: int,
+    test: "PushTest",
+    team: WorkerOptions,
+    *,
+    hidden: bool,
 ) -> "tuple[RobustnessMargins, ...]":
     """Return the largest disturbances of each kind that a gait survives under a law."""
     from gaitopt.study.robustness.robustness_margins import WalkTest, assess_robustness

@@ -49,7 +49,7 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row("law", tuned.family)
     table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
     verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius that was found", tuned.stable)
-    radii = f"{tuned.radius_before:.4g} before, {tuned.radius_after:.4g} after, "
+    radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
         table.add_row("fixed point", f"{tuned.fixed_point_shift:.1e} from the plan")

@@ -1,6 +1,7 @@
 """Problem scripts that are installed with gaitopt: where they are, and copies of them to start from."""
 
 import ast
+import inspect
 from pathlib import Path
 
 from gaitopt.errors import InputError, suggest
@@ -39,6 +40,19 @@ def script_of_robot(name: str) -> str:
     if name not in SCRIPT_OF_ROBOT:
         raise InputError(f"There is no robot {name!r} in the catalogue. {suggest(name, SCRIPT_OF_ROBOT)}")
     return SCRIPT_OF_ROBOT[name]
+
+
+def find_robot_definition(name: str) -> Path:
+    """Return the file that defines a robot of the catalogue.
+
+    Examples
+    --------
+    >>> find_robot_definition("compass_biped").name
+    'compass.py'
+    """
+    import gaitopt.model
+
+    return Path(inspect.getfile(inspect.unwrap(getattr(gaitopt.model, name))))
 
 
 def find_scripts_folder() -> Path:

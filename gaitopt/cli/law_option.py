@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
     from gaitopt.model.robot import Robot
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.motion import Motion
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.tuning.controller_family import ControllerFamily
 
 OPEN_LOOP = "feedforward"
@@ -56,6 +57,22 @@ def law_for(
     return design.law(values)
 
 
+def law_of_gait(
+    gait: "AnyGait",
+    name: str,
+    gains: list[str] | None = None,
+    torque_limit: float | None = None,
+    stance_angle: bool = False,
+) -> Any:
+    """Return the law of a gait, a Law or PlanarLaw, from the options of a command."""
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if isinstance(gait, PlanarGait):
+        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
+    return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
+
+
 def law_title(name: str, stance_angle: bool) -> str:
     """Return the name of a law for tables.
 
@@ -71,7 +88,7 @@ def law_title(name: str, stance_angle: bool) -> str:
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     from gaitopt.tuning.controller_family import law_name
 
-    title = "open loop" if name == OPEN_LOOP else name if _of_script(name) else law_name(name)
+    title = "open loop" if name == OPEN_LOOP else name if script_function(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
 
 
@@ -80,7 +97,7 @@ def _is_file(name: str) -> bool:
     return Path(name).suffix == ".json"
 
 
-def _of_script(name: str) -> tuple[Path, str] | None:
+def script_function(name: str) -> tuple[Path, str] | None:
     """Return script and function of a law SCRIPT.py:FUNCTION; None for any other."""
     script, colon, function = name.rpartition(":")
     return (Path(script), function) if colon and script.endswith(".py") else None
@@ -101,7 +118,7 @@ def design_for(
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
-    if source := _of_script(name):
+    if source := script_function(name):
         design = custom_design(*source, robot, gait.motion, limit)
     else:
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)

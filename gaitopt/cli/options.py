@@ -111,12 +111,15 @@ Patch = Annotated[
     typer.Option(
         "--patch",
         metavar="BEGIN:END:FRICTION",
-        help="Patch of the ground with another friction coefficient between two places in m (repeatable).",
+        help="Patch of the ground between two places in m with the friction coefficient FRICTION (repeatable). The "
+        "friction patch of 'gaitopt push' is a loss of friction instead.",
     ),
 ]
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]
+FigureWidth = Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]: 3.5 for a journal column.")]
+FontSize = Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")]
 PushOutput = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="JSON", help="File of the results, which 'gaitopt plot' accepts."),
@@ -148,8 +151,9 @@ BasinAxes = Annotated[
         "--over",
         metavar="NAME=FROM:TO:COUNT",
         help="Axis (at most two): a coordinate of the initial state or a parameter, as FROM:TO:COUNT or "
-        "VALUE,VALUE,... Parameters of the script have the same units as with --set; coordinates and all other "
-        "parameters are in SI units and rad. The results are in SI units and rad.",
+        "VALUE,VALUE,... The description of the command states the values of the other coordinates. Parameters of the "
+        "script have the same units as with --set; coordinates and all other parameters are in SI units and rad. The "
+        "results are in SI units and rad.",
     ),
 ]
 

@@ -81,7 +81,7 @@ def _change_start(gait: "PlanarGait", law: "PlanarLaw", y: "Array", changes: Map
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_simulator import follow
     from gaitopt.stability.planar_gaits.planar_section import section_of
-    from gaitopt.stability.planar_gaits.planar_start import change_state, check_state_names
+    from gaitopt.stability.planar_gaits.state_change import change_state, check_state_names
     from gaitopt.status import Stop
 
     check_state_names(gait.robot, changes)

@@ -1,6 +1,7 @@
 """The control law of a command on a robot with several contacts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitopt.cli.settings import read_numbers
@@ -9,6 +10,7 @@ from gaitopt.errors import InputError, suggest
 if TYPE_CHECKING:
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
     from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.tuning.controller_family import ControllerFamily
 
 PLANAR_LAWS = ("feedforward", "joint_pd", "lqr", "step_lqr")
 """Laws of robots with several contacts."""
@@ -43,6 +45,8 @@ class PlanarLawOption:
         from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
         from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
+        if Path(self.name).suffix == ".json":
+            return self._tuned_law(gait)
         name = self.name.replace("-", "_").replace(" ", "_")
         if name not in PLANAR_LAWS:
             raise InputError(
@@ -60,3 +64,35 @@ class PlanarLawOption:
         if name == "lqr":
             return planar_lqr(gait, torque_limit=limit)
         return planar_feedforward(gait) if name == "feedforward" else planar_step_lqr(gait)
+
+    def family(self, gait: "PlanarGait") -> "ControllerFamily":
+        """Return the controller family whose gains are tuned, with the bounds of its gains.
+
+        Raises
+        ------
+        InputError
+            If there is no such family for a robot with several contacts.
+        """
+        from gaitopt.tuning.controller_family import controller_family_named
+
+        if self.stance_angle:
+            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
+        if self.name.partition(":")[0].endswith(".py"):
+            raise InputError("A custom law of a script is not accepted for a robot with several contacts.")
+        limit = float("inf") if self.torque_limit is None else self.torque_limit
+        return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
+
+    def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
+        """Return the law of a file of tuned gains; gains and torque limit of the command replace those of the file."""
+        from gaitopt.tuning.controller_family import FamilySettings
+        from gaitopt.tuning.tuning_file import load_tuning
+
+        if self.stance_angle:
+            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
+        tuned, changes = load_tuning(self.name), read_numbers(self.gains, "--gain")
+        for gain in changes:
+            if gain not in tuned.gains:
+                raise InputError(f"The law {tuned.family!r} has no gain {gain!r}. {suggest(gain, tuned.gains)}")
+        settings = tuned.settings if self.torque_limit is None else FamilySettings(torque_limit=self.torque_limit)
+        law: PlanarLaw = replace(tuned, gains={**tuned.gains, **changes}, settings=settings).law(gait.robot, gait)
+        return law

@@ -7,7 +7,7 @@ from rich import box
 from rich.table import Table
 
 from gaitopt.cli.output import out, print_json, verdict_text
-from gaitopt.cli.walk_output import format_multiplier
+from gaitopt.cli.walk_output import format_multiplier, format_state
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -94,18 +94,18 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
         pad_edge=False,
         show_lines=True,
         title="periodic gaits",
-        caption=f"State right after the event '{cycles[0].section}' and the exchange of the legs. Friction needed: "
+        caption=f"State right after the event '{cycles[0].section}' and the exchange of the legs. Critical friction: "
         "lowest friction without slipping.",
         title_justify="left",
         caption_justify="left",
     )
     table.add_column("sequence")
-    for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
+    for column in ("state", "period [s]", "multipliers", "stable", "critical friction"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
         table.add_row(
             cycle.sequence,
-            "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
+            "\n".join(f"{name} {format_state(value)}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(format_multiplier(value) for value in cycle.multipliers),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),

@@ -196,7 +196,18 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
-    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    hint = f" Use 'gaitopt design {script.path}'." if _is_design(problem) else ""
+    raise InputError(
+        f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.{hint}"
+    )
+
+
+def _is_design(problem: object) -> bool:
+    """Return whether a problem is one of ``gaitopt design`` alone."""
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+
+    return isinstance(problem, Family | RobustProblem)
 
 
 def walk_problem(script: Script) -> "WalkProblem":
@@ -210,46 +221,34 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
-            f"{path} has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' "
-            "accept it."
+            f"{path} has a robot with several contacts; 'gaitopt stability', 'simulate', 'basin' and 'impact' accept "
+            "it."
         )
     return problem
 
 
-def load_single_support_gait(file: Path, script: Path | None) -> Gait:
-    """Return the gait of a file for a command on feedback.
+def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
+    """Return the gait of a file for a command on feedback, or that of a script on a robot with several contacts.
 
     Raises
     ------
     InputError
-        If its robot has several contacts, or the file is a script.
+        If the script is a walking problem, or the gait is not a solution.
     """
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.multicontact.planar_solver import solve_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
     if file.suffix == ".py" and file.is_file():
         stated = read_script(file)()
         if isinstance(stated, PlanarProblem):
-            raise InputError(
-                f"{file} has a robot with several contacts; 'gaitopt stability {file} --law lqr' designs and assesses "
-                "its feedback."
-            )
+            return solve_planar(stated).require()
         if isinstance(stated, WalkProblem | PlanarWalkProblem):
             raise InputError(
                 f"{file} is a walking problem without optimisation; 'gaitopt stability {file}' assesses its gaits."
             )
-    return require_single_support_gait(load_any_gait(file, script)).require()
-
-
-def require_single_support_gait(gait: object) -> Gait:
-    """Return a gait, or raise InputError if its robot has several contacts."""
-    if not isinstance(gait, Gait):
-        raise InputError(
-            "The gait is of a robot with several contacts; 'gaitopt stability FILE --law lqr' (or step_lqr) designs "
-            "and assesses its feedback."
-        )
-    return gait
+    return load_any_gait(file, script).require()
 
 
 def any_walk_problem(script: Script) -> "WalkProblem | PlanarWalkProblem":
@@ -295,8 +294,8 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     """Return the gait of a file, or raise InputError if its robot has several contacts."""
     if isinstance(gait, PlanarGait):
         raise InputError(
-            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'plot', "
-            "'animate', 'report' and 'export' accept it."
+            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'simulate', "
+            "'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' accept it."
         )
     return gait
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, read_scripts, script_of_robot
+from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, find_robot_definition, read_scripts, script_of_robot
 from gaitopt.cli.options import Json, Quiet, Verbose
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
 from gaitopt.errors import InputError
@@ -59,7 +59,7 @@ def new(
     """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, a
-    copy of the script of a robot.  An existing file is never overwritten.
+    copy of the script of a robot, and the file that defines the robot is named.  An existing file is never overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """
@@ -76,6 +76,11 @@ def new(
     else:
         _copy_script(source, path)
     report_file(path, json=json)
+    if not json and robot is not None:
+        out.print(
+            f"{robot} is defined in {find_robot_definition(robot)}: copy it to change bodies or contacts",
+            soft_wrap=True,
+        )
     if not json and source is None:
         out.print(f"next: gaitopt solve {path}", soft_wrap=True)
 

@@ -10,6 +10,8 @@ import typer
 
 from gaitopt.cli.options import (
     Figure,
+    FigureWidth,
+    FontSize,
     GaitFiles,
     Json,
     Measures,
@@ -177,6 +179,8 @@ def _sweep_inputs(
 def compare(
     files: GaitFiles,
     output: Figure = None,
+    width: FigureWidth = 7.2,
+    font_size: FontSize = 8.5,
     multipliers: Annotated[
         bool, typer.Option("--multipliers", help="Also compute the multipliers of the torques in open loop.")
     ] = False,
@@ -187,7 +191,7 @@ def compare(
 ) -> None:
     """Compare gaits in a table and in a figure that overlays them.
 
-    The figure is written to comparison.png unless --output names another file.
+    The figure, which has no title, is written to comparison.png unless --output names another file.
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
@@ -196,6 +200,7 @@ def compare(
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
     from gaitopt.plot.saving import save_figure
+    from gaitopt.plot.style import FigureStyle
     from gaitopt.study.comparison import Comparison, label_by_sequence
     from gaitopt.study.comparison import compare as compare_gaits
 
@@ -203,7 +208,10 @@ def compare(
     check_writable(path)
     gaits = {label: require_walking(gait, named[label]) for label, gait in load_gaits(named, problem).items()}
     comparison = compare_gaits(gaits, multipliers=multipliers)
-    written = save_figure(plot_comparison(Comparison(label_by_sequence(comparison.gaits), {})), path)
+    figure = plot_comparison(
+        Comparison(label_by_sequence(comparison.gaits), {}), style=FigureStyle(width=width, font_size=font_size)
+    )
+    written = save_figure(figure, path)
     if json:
         print_json({"gaits": comparison.records(), "figure": str(written)})
     else:

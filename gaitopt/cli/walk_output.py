@@ -19,8 +19,8 @@ from gaitopt.study.basins.basin_file import basin_key, ending_labels, ending_sha
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUNDING = 1e-9
-"""Parts of multipliers below this are rounding errors: they are printed as 0."""
+ROUNDING, LEAST_STATE = 1e-9, 1e-12
+"""Parts of multipliers, and values of a state, below these are rounding errors: they are printed as 0."""
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -33,24 +33,35 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
         pad_edge=False,
         show_lines=True,
         title=f"periodic gaits (engine {engine.name})",
-        caption="State after touchdown [rad, rad/s, m/s]. Friction needed: lowest friction without slipping. "
+        caption="State after touchdown [rad, rad/s, m/s]. Critical friction: lowest friction without slipping. "
         f"Parts of multipliers below {ROUNDING:g} are printed as 0.",
         title_justify="left",
         caption_justify="left",
     )
     table.add_column("sequence")
-    for column in ("state", "period [s]", "multipliers", "stable", "friction needed"):
+    for column in ("state", "period [s]", "multipliers", "stable", "critical friction"):
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
         table.add_row(
             cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s per step" if cycle.drift else ""),
-            "\n".join(f"{name} {value:.6g}" for name, value in cycle.state.items()),
+            "\n".join(f"{name} {format_state(value)}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
             describe_critical_friction(cycle.critical_friction),
         )
     out.print(table)
+
+
+def format_state(value: float) -> str:
+    """Return a coordinate or rate of a state with 6 digits; values below `LEAST_STATE` are printed as 0.
+
+    Examples
+    --------
+    >>> format_state(-2.5e-26), format_state(0.45)
+    ('0', '0.45')
+    """
+    return f"{value if abs(value) >= LEAST_STATE else 0.0:.6g}"
 
 
 def basin_facts(table: "xr.Dataset", engine: Engine | None = None, share: float | None = None) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from gaitopt.continuation.branch_diagram import section_unit
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.parameter_values import gains_of, set_gains
 from gaitopt.continuation.special_point import SpecialKind, classify_change, read_structure
+from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
@@ -106,21 +107,12 @@ class GaitFamily:
             return_map = ReturnMap(walker, section, self.steps, linearisation)
             self._latest.update(sample=sample, by_z=return_map.derivative(z, sample.passage) - np.eye(self.size))
         by_z = self._latest["by_z"].copy()
-        by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
+        if by_value is None:
+            by_value = differentiate_by_value(self, z, value, sample, self._latest["by_z"], PARAMETER_STEP)
+        by_value = np.array(by_value)
         if section.sliding and slips_completely(sample.structure):
             by_z[-1], by_value[-1] = np.eye(self.size)[-1], 0.0
         return np.column_stack([by_z, by_value])
-
-    def _value_slope(self, z: Array, value: float, sample: MapSample) -> Array:
-        """Return d residual / d value within the smooth piece of a sample, from differences on one or both sides."""
-        h = PARAMETER_STEP * self.value_scale
-        ends, sides = list[Array](), 0
-        for sign in (1, -1):
-            side = self.evaluate(z, value + sign * h)
-            beside = side.residual is not None and side.structure == sample.structure
-            sides += beside
-            ends.append(np.asarray(side.residual if beside else sample.residual))
-        return np.asarray((ends[0] - ends[1]) / (h * sides)) if sides else np.full(self.size, np.nan)
 
     def multipliers(self, derivative: Array, sample: MapSample) -> NDArray[np.complex128]:
         """Return the multipliers without that of a foot speed that is 0 after the touchdown or has no influence."""

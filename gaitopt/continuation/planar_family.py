@@ -14,6 +14,7 @@ from gaitopt.continuation.parameter_values import set_gains
 from gaitopt.continuation.planar_changes import classify_planar_change, ends_early
 from gaitopt.continuation.planar_chart import ChartAt, PlanarChart
 from gaitopt.continuation.special_point import SpecialKind
+from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -115,7 +116,8 @@ class PlanarFamily:
                 by_z = self._step_derivative(automaton, chart, rollout) @ by_z
             self._latest.update(sample=sample, by_z=by_z)
         by_z = self._latest["by_z"]
-        by_value = self._value_slope(z, value, sample) if by_value is None else np.array(by_value)
+        if by_value is None:
+            by_value = differentiate_by_value(self, z, value, sample, self._latest["by_z"], PARAMETER_STEP)
         return np.column_stack([by_z - np.eye(self.size), by_value])
 
     def _step_derivative(self, automaton: PlanarAutomaton, chart: ChartAt, rollout: PlanarRollout) -> Array:
@@ -127,17 +129,6 @@ class PlanarFamily:
         matrix = section.matrix() @ planar_derivative(automaton, rollout)
         by_state = matrix[:, :n] + matrix[:, n:] @ automaton.torque.latched_slope(start.q, start.v)
         return np.asarray(chart.reading(section.exchange(end).y) @ by_state @ chart.embedding(start.y))
-
-    def _value_slope(self, z: Array, value: float, sample: MapSample) -> Array:
-        """Return d residual / d value within the smooth piece of a sample, from differences on one or both sides."""
-        h = PARAMETER_STEP * self.value_scale
-        ends, sides = list[Array](), 0
-        for sign in (1, -1):
-            side = self.evaluate(z, value + sign * h)
-            beside = side.residual is not None and side.structure == sample.structure
-            sides += beside
-            ends.append(np.asarray(side.residual if beside else sample.residual))
-        return np.asarray((ends[0] - ends[1]) / (h * sides)) if sides else np.full(self.size, np.nan)
 
     def multipliers(self, derivative: Array, sample: MapSample) -> NDArray[np.complex128]:
         """Return the multipliers without those of slip speeds that are 0 after the section."""

@@ -151,7 +151,8 @@ def merge_changes(
 ) -> list[SpecialPoint]:
     """Return special points in which successive changes of the contact sequence closer than a width are one change.
 
-    Between them the gait has a sequence that exists only within rounding errors.
+    Between them the gait has a sequence that exists only within rounding errors; a change to such a sequence and back
+    is dropped.
 
     Parameters
     ----------
@@ -176,6 +177,8 @@ def merge_changes(
             after=point.after,
             multipliers_after=point.multipliers_after,
         )
+        if last.before == point.after:
+            merged.pop()
     return merged
 
 

@@ -11,9 +11,13 @@ from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.map_family import MapFamily
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialPoint
+from gaitopt.motion.motion import Array
 
 AMPLITUDES = (1e-3, 3e-4, 3e-3, 1e-2, 1e-4)
 """Scaled distances from a special point at which the other branch is sought, in order."""
+
+SAME_STEP = 1e-3
+"""Largest scaled difference of the steps of both halves of a period that are the same step."""
 
 
 def switch_branch(
@@ -47,3 +51,22 @@ def switch_branch(
         if point is not None and float(np.linalg.norm(stepper.position(point) - start)) <= 10 * amplitude:
             return stepper, point
     return None
+
+
+def has_half_period(orbit: Array, scale: Array) -> bool:
+    """Return whether a gait repeats after half its period.
+
+    A branch of doubled period folds back onto itself, with its steps exchanged, where it joins the branch of half its
+    period.
+
+    Parameters
+    ----------
+    orbit : (steps, n) array
+        State at the start of each step.
+    scale : (n,) array
+        Sizes of the coordinates.
+    """
+    if len(orbit) % 2:
+        return False
+    one, other = np.split(np.asarray(orbit), 2)
+    return bool(np.max(np.abs((one - other) / scale)) < SAME_STEP)

@@ -21,7 +21,7 @@ from gaitopt.continuation.gait_source import (
 )
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
-from gaitopt.continuation.switching import switch_branch
+from gaitopt.continuation.switching import has_half_period, switch_branch
 from gaitopt.errors import InputError
 from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine
@@ -266,6 +266,9 @@ class _Tracer:
                 points.append(item)
                 self.observer(_make_branch(family, points, special, "interrupted"))
                 continue
+            if item.kind is SpecialKind.FOLD and points and has_half_period(points[-1].orbit, family.scale):
+                follower.end = "period_halving"
+                break
             special.append(item)
             if to_doubling and item.kind is SpecialKind.PERIOD_DOUBLING:
                 follower.end = item.kind.key
@@ -301,6 +304,9 @@ def points_at(branch: GaitBranch, value: float) -> Iterator[np.ndarray]:
 def _make_branch(
     family: AnyFamily, points: Sequence[CurvePoint], special: Sequence[SpecialPoint], end: str
 ) -> GaitBranch:
+    width = ONE_CHANGE * family.value_scale
+    merged = merge_changes(special, width, family.classify_names)
+    points = list(_drop_spurious(points, merged, width))
     multipliers = np.full((len(points), family.size), np.nan, dtype=complex)
     for row, point in zip(multipliers, points, strict=True):
         row[: point.multipliers.size] = point.multipliers
@@ -312,9 +318,18 @@ def _make_branch(
         orbits=np.array([point.orbit for point in points]),
         multipliers=multipliers,
         sequences=tuple(name_structure(point.sample.structure) for point in points),
-        special=tuple(merge_changes(special, ONE_CHANGE * family.value_scale, family.classify_names)),
+        special=tuple(merged),
         end=end,
     )
+
+
+def _drop_spurious(points: Sequence[CurvePoint], special: Sequence[SpecialPoint], width: float) -> Iterator[CurvePoint]:
+    """Yield the points of a branch without those of sequences that exist only within a width beside a special point."""
+    known = {name for each in special for name in (each.before, each.after)}
+    for point in points:
+        beside = any(abs(point.value - each.value) <= width for each in special)
+        if not beside or name_structure(point.sample.structure) in known:
+            yield point
 
 
 def _join_sides(backward: GaitBranch, forward: GaitBranch) -> GaitBranch:

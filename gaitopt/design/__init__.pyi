@@ -4,6 +4,7 @@ from gaitopt.design.planned_law import planned_gains as planned_gains
 from gaitopt.design.planned_law import planned_law as planned_law
 from gaitopt.design.robust_plan import RobustPlan as RobustPlan
 from gaitopt.design.robust_plan import solve_scenarios as solve_scenarios
+from gaitopt.design.robust_problem import RobustProblem as RobustProblem
 from gaitopt.design.scenario_test import ScenarioSimulator as ScenarioSimulator
 from gaitopt.design.scenario_test import ScenarioTest as ScenarioTest
 from gaitopt.design.scenario_test import Walk as Walk

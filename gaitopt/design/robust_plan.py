@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.design.law_choice import LawChoice, check_law_choice, make_family
 from gaitopt.design.scenario_test import ScenarioSimulator, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import InputError
@@ -16,7 +17,7 @@ from gaitopt.parameters import check_type
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.stability.recovery import PushTest
-from gaitopt.tuning.controller_family import TorqueLimit, controller_family_named
+from gaitopt.tuning.controller_family import TorqueLimit
 from gaitopt.tuning.gain_search import GainSearchOptions
 from gaitopt.tuning.record import Tuning
 from gaitopt.tuning.tune import tune_feedback
@@ -38,7 +39,9 @@ class RobustPlan:
     gait : Gait
         The plan.
     law : Law
-    gains : dict of str to float
+    tuning : Tuning or None
+        The tuned gains, for :func:`gaitopt.tuning.save_tuning`; None for a law without gains.
+    scenarios : Scenarios
     nominal : Gait
         The optimum without scenarios.
     nominal_law : Law
@@ -47,6 +50,8 @@ class RobustPlan:
         Scenarios that were added, the most violated one in each round.
     violated : Walk or None
         The worst walk among the candidates that is not survived; None if the plan is robust.
+    survived : int
+        Number of candidate scenarios that are survived.
 
     Examples
     --------
@@ -58,15 +63,28 @@ class RobustPlan:
 
     gait: Gait
     law: Law = field(repr=False)
-    gains: dict[str, float]
+    tuning: Tuning | None = field(repr=False)
+    scenarios: Scenarios
     nominal: Gait
     nominal_law: Law = field(repr=False)
     selected: tuple[Scenario, ...]
     violated: Walk | None
+    survived: int
 
     def __repr__(self) -> str:
-        robust = "robust" if self.robust else f"not robust: {self.violated!r}"
-        return f"RobustPlan({self.gait!r}, {len(self.selected)} scenarios, {robust}, {self.additional_cost:+.1%} cost)"
+        return f"RobustPlan({self})"
+
+    def __str__(self) -> str:
+        text = f"{self.survived} of {len(self.scenarios.candidates())} candidate scenarios survived"
+        text += f" under {self.law.name}, additional cost {self.additional_cost:+.1%}"
+        if self.violated is None:
+            return f"robust: {text}"
+        return f"not robust: {text}; worst: {self.violated} (tolerance {self.scenarios.tolerance:g})"
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """Tuned gains by name; empty for a law without gains."""
+        return {} if self.tuning is None else self.tuning.gains
 
     @property
     def robust(self) -> bool:
@@ -84,7 +102,7 @@ def solve_scenarios(
     problem: GaitProblem,
     scenarios: Scenarios,
     *,
-    law: str = "computed_torque",
+    law: LawChoice = "computed_torque",
     torque_limit: TorqueLimit | None = None,
     search: GainSearchOptions | None = None,
     execution: Execution | None = None,
@@ -100,8 +118,10 @@ def solve_scenarios(
     problem : GaitProblem
         The nominal problem.
     scenarios : Scenarios
-    law : str
-        Name of the controller family; see :func:`gaitopt.tuning.controller_family_named`.
+    law : str, Law or callable
+        Name of a controller family, see :func:`gaitopt.tuning.controller_family_named`; ``"feedforward"`` for the
+        planned torques; a law; or a function (robot, motion, torque_limit) that returns a law or a family of laws for a
+        gait.  Gains of a law are tuned between 0 and three times their values.
     torque_limit : float or mapping of actuator to float, optional [N m]
         Limit of the torques under feedback; 1.2 times that of the problem by default.
     search : GainSearchOptions, optional
@@ -132,27 +152,31 @@ def solve_scenarios(
     check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
     check_type("scenarios", scenarios, Scenarios, "Scenarios(ranges={'friction': (0.1, 0.2)})")
     scenarios.check_problem(problem)
+    check_law_choice(law)
     execution, search = execution or Execution(), search or GainSearchOptions(samples=2, starts=1, evaluations=30)
     limit = _default_limit(problem) if torque_limit is None else torque_limit
     gait = _plan(problem, [], None)
-    tuned, tuning_law = _tune(gait, [], law, limit, search)
-    nominal, nominal_law, selected = gait, tuning_law, list[Scenario]()
+    tuning, chosen = _tune(gait, [], law, limit, search)
+    nominal, nominal_law, selected = gait, chosen, list[Scenario]()
     for _ in range(MOST_ROUNDS + 1):
-        walker = ScenarioSimulator(gait, tuning_law, scenarios, default_engine(tuning_law, gait.robot), scenarios.seed)
-        violated = worst_walk(walk_scenarios(walker, scenarios.candidates(), execution), scenarios.tolerance)
+        walker = ScenarioSimulator(gait, chosen, scenarios, default_engine(chosen, gait.robot), scenarios.seed)
+        walks = walk_scenarios(walker, scenarios.candidates(), execution)
+        violated = worst_walk(walks, scenarios.tolerance)
         if violated is None or violated.scenario in selected or len(selected) == MOST_ROUNDS:
             break
         selected.append(violated.scenario)
         gait = _plan(problem, selected, gait)
-        tuned, tuning_law = _tune(gait, selected, law, limit, search)
+        tuning, chosen = _tune(gait, selected, law, limit, search)
     return RobustPlan(
         gait=gait,
-        law=tuning_law,
-        gains=tuned.gains,
+        law=chosen,
+        tuning=tuning,
+        scenarios=scenarios,
         nominal=nominal,
         nominal_law=nominal_law,
         selected=tuple(selected),
         violated=violated,
+        survived=sum(walk.distance <= scenarios.tolerance for walk in walks),
     )
 
 
@@ -180,12 +204,14 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
 
 
 def _tune(
-    gait: Gait, selected: list[Scenario], name: str, limit: TorqueLimit, search: GainSearchOptions
-) -> tuple[Tuning, Law]:
-    """Return the law tuned for the worst of some scenarios; InputError if there is none."""
-    family = controller_family_named(name, gait.robot, gait.motion, torque_limit=limit)
+    gait: Gait, selected: list[Scenario], law: LawChoice, limit: TorqueLimit, search: GainSearchOptions
+) -> tuple[Tuning | None, Law]:
+    """Return the tuned gains, if any, and the law for the worst of some scenarios; InputError if there is none."""
+    family = make_family(law, gait, limit)
+    if not family.gains:
+        return None, family.law({})
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
-    if tuned.law is None:
-        raise InputError(f"No gains of the family {name!r} give a law for the gait.")
+    if not isinstance(tuned.law, Law):
+        raise InputError(f"No gains of the family {family.name!r} give a law for the gait.")
     return tuned, tuned.law

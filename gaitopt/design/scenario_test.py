@@ -38,16 +38,24 @@ class Walk:
         Number of steps completed.
     distance : float
         Largest difference of the last state from the planned one; inf if the walk ended early.
+    cause : str
+        The quantity with this difference, or the reason why the walk ended early.
 
     Examples
     --------
-    >>> Walk(Scenario({"friction": 0.1}), 3, float("inf")).steps
-    3
+    >>> print(Walk(Scenario({"friction": 0.1}), 3, float("inf"), "The walker fell."))
+    friction 0.1: ended after 3 steps: The walker fell.
     """
 
     scenario: Scenario
     steps: int
     distance: float
+    cause: str = ""
+
+    def __str__(self) -> str:
+        if math.isinf(self.distance):
+            return f"{self.scenario}: ended after {self.steps} steps: {self.cause}"
+        return f"{self.scenario}: {self.cause} differs by {self.distance:.2g} from the plan after {self.steps} steps"
 
 
 @check_arguments
@@ -63,11 +71,13 @@ class ScenarioTest:
         Number of scenarios with a push, and of those that the gait survives.
     failures : tuple of Walk
         Walks that did not survive.
+    varied : tuple of str
+        Names of the parameters that differ from the plan.
 
     Examples
     --------
-    >>> ScenarioTest(100, 100, 100, 97, ())
-    ScenarioTest(scenarios=100, survived=100, pushed=100, recovered=97)
+    >>> print(ScenarioTest(20, 8, 20, 9, (), ("friction",)))
+    8 of 20 frictions, 9 of 20 pushes survived
     """
 
     scenarios: int
@@ -75,6 +85,12 @@ class ScenarioTest:
     pushed: int
     recovered: int
     failures: tuple[Walk, ...] = field(repr=False)
+    varied: tuple[str, ...] = field(default=(), repr=False)
+
+    def __str__(self) -> str:
+        noun = "frictions" if self.varied == ("friction",) else "scenarios"
+        pushes = f", {self.recovered} of {self.pushed} pushes" if self.pushed else ""
+        return f"{self.survived} of {self.scenarios} {noun}{pushes} survived"
 
 
 @check_arguments
@@ -116,14 +132,16 @@ class ScenarioSimulator:
         planned = np.concatenate([first.q[:, 0], first.v[:, 0]])
         state = self._push(planned, scenario)
         for step in range(1, options.steps + 1):
-            following = walker.stride(state).following
-            if following is None:
-                return Walk(scenario, step - 1, math.inf)
-            state = following
-            distance = worst(np.abs((state - planned)[entries]))
+            stride = walker.stride(state)
+            if stride.following is None:
+                return Walk(scenario, step - 1, math.inf, "" if stride.stop is None else stride.stop.value)
+            state = stride.following
+            difference = np.abs((state - planned)[entries])
+            distance = worst(difference)
             if distance <= SETTLED * options.tolerance:
-                return Walk(scenario, options.steps, distance)
-        return Walk(scenario, options.steps, distance)
+                break
+        rates = ("slip velocity", "velocity of the gap", *(f"rate of {name}" for name in gait.robot.angles))
+        return Walk(scenario, options.steps, distance, (*gait.robot.angles, *rates)[int(np.argmax(difference))])
 
     def _push(self, planned: Array, scenario: Scenario) -> Array:
         if scenario.push is None:
@@ -205,7 +223,8 @@ def check_scenarios(
         pushed = walk_scenarios(walker, scenarios.draw(count, seed + 1, pushed=True), execution)
     failures = tuple(walk for walk in (*plain, *pushed) if not walk.distance <= scenarios.tolerance)
     lost = sum(walk.scenario.push is None for walk in failures)
-    return ScenarioTest(len(plain), len(plain) - lost, len(pushed), len(pushed) - (len(failures) - lost), failures)
+    survived, recovered = len(plain) - lost, len(pushed) - (len(failures) - lost)
+    return ScenarioTest(len(plain), survived, len(pushed), recovered, failures, tuple(scenarios.ranges))
 
 
 def worst_walk(walks: Sequence[Walk], tolerance: float) -> Walk | None:

@@ -36,6 +36,11 @@ class Scenario:
     parameters: dict[str, float] = field(default_factory=dict)
     push: int | None = None
 
+    def __str__(self) -> str:
+        parts = [f"{name} {value:.4g}" for name, value in self.parameters.items()]
+        parts += [] if self.push is None else [f"push {self.push + 1}"]
+        return ", ".join(parts) or "the plan without changes"
+
 
 def _check_ranges(_: Any, attribute: Any, ranges: Mapping[str, tuple[float, float]]) -> None:
     for name, pair in ranges.items():

@@ -11,10 +11,16 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
-from gaitopt.export.c_controller import controller_header, controller_source, initialiser, law_functions
+from gaitopt.export.c_controller import (
+    controller_header,
+    controller_source,
+    initialiser,
+    law_functions,
+    planar_law_functions,
+)
 from gaitopt.export.law_robot import require_law, require_planar_law
 from gaitopt.export.planar_c_controller import planar_header, planar_source
-from gaitopt.export.planar_python import join_units, planar_law_functions
+from gaitopt.export.planar_python import join_units
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import write_atomically

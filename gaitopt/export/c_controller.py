@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import comment_line
 
@@ -22,6 +23,16 @@ def law_functions(law: Law) -> list[ca.Function]:
         return [ca.Function("torque", inputs, [torque], names, ["torque"])]
     functions = [ca.Function("torque", inputs, [torque, ca.densify(guards)], names, ["torque", "guards"])]
     return [*functions, law.memory.latch, *([law.memory.reset] if law.memory.events else [])]
+
+
+def planar_law_functions(law: PlanarLaw) -> list[ca.Function]:
+    """Return the Functions of a law to write: the torque of each part, and the latch if it has latched values."""
+    functions = []
+    for number, part in enumerate(law.parts):
+        inputs = part.torque.sx_in()
+        torque = ca.densify(part.torque.call(inputs)[0])
+        functions.append(ca.Function(f"torque_{number}", inputs, [torque], part.torque.name_in(), ["torque"]))
+    return [*functions, law.parts[0].memory.latch] if law.latched else functions
 
 
 def controller_header(prefix: str, law: Law) -> str:

@@ -46,6 +46,7 @@ def planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
         "prefix": prefix,
         "n": robot.n_q,
         "m": max(robot.n_u, 1),
+        "count": robot.n_u,
         "parts": len(law.parts),
         "legs": int(robot.mirror is not None),
         "values": _latched_size(law),
@@ -144,8 +145,8 @@ static int {prefix}_exchanged(const {prefix}_state *state) {{
       break;
   }}
   if (exchanged) {{
-    for (i = 0; i < {m}; ++i) planned_torque[i] = torque[i];
-    {prefix}_exchange(exchange_u, {m}, planned_torque, torque);
+    for (i = 0; i < {count}; ++i) planned_torque[i] = torque[i];
+    {prefix}_exchange(exchange_u, {count}, planned_torque, torque);
   }}
 }}
 

@@ -4,19 +4,10 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.export.c_controller import planar_law_functions
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.version import __version__
-
-
-def planar_law_functions(law: PlanarLaw) -> list[ca.Function]:
-    """Return the Functions of a law to write: the torque of each part, and the latch if it has latched values."""
-    functions = []
-    for number, part in enumerate(law.parts):
-        inputs = part.torque.sx_in()
-        torque = ca.densify(part.torque.call(inputs)[0])
-        functions.append(ca.Function(f"torque_{number}", inputs, [torque], part.torque.name_in(), ["torque"]))
-    return [*functions, law.parts[0].memory.latch] if law.latched else functions
 
 
 def list_sections(robot: PlanarRobot, law: PlanarLaw) -> tuple[str, str]:

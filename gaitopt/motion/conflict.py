@@ -30,7 +30,7 @@ class Conflict:
     --------
     >>> print(Conflict(name="torque limit of hip", setting="Limits.torque", limit=6.0, missing=2.1, sufficient=8.15,
     ...                unit="N m", separable=True))
-    torque limit of hip (Limits.torque) is 6 N m: 8.15 N m would suffice
+    torque limit of hip (Limits.torque) is 6 N m: 8.15 N m alone would suffice
     """
 
     name: str
@@ -46,5 +46,6 @@ class Conflict:
         if math.isnan(self.sufficient):
             text = f"{self.name} ({self.setting}) is violated by {self.missing:.3g}{unit}"
             return text if self.separable else f"{text}, together with the other conflicting limits"
-        text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit} would suffice"
-        return text if self.separable else f"{text} if the other conflicting limits were relaxed too"
+        text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit}"
+        alone = f"{text} alone would suffice"
+        return alone if self.separable else f"{text} would suffice if the other conflicting limits were relaxed too"

@@ -107,7 +107,7 @@ def ledger(motion: Motion) -> Ledger:
         end -= motion.jumps[-1].energy_lost
     return Ledger(
         actuator=float(sum(segment.work[:, -1].sum() for segment in segments)),
-        gravity=-float(sum(_rise(segment.potential - segment.elastic) for segment in segments)),
+        gravity=0.0 - float(sum(_rise(segment.potential - segment.elastic) for segment in segments)),
         impact_loss=float(lost),
         friction_loss=float(sum(segment.friction_work[-1] for segment in segments)),
         kinetic_change=float(end - segments[0].kinetic[0]),

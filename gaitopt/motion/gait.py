@@ -205,6 +205,11 @@ class Gait(LazyRecord):
         return vars(self)["robot"]
 
     @property
+    def objective(self) -> float:
+        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``; nan without one."""
+        return self.solver.objective
+
+    @property
     def cost_of_transport(self) -> float:
         """Absolute joint work over weight times travel (dimensionless)."""
         return cost_of_transport(self.motion)

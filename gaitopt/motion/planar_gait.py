@@ -141,6 +141,11 @@ class PlanarGait(LazyRecord):
         return self.step_length / self.period if self.period else float("nan")
 
     @property
+    def objective(self) -> float:
+        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``; nan without one."""
+        return self.solver.objective
+
+    @property
     def cost_of_transport(self) -> float:
         """Absolute joint work, summed between samples, over weight times travel; nan without travel."""
         work = sum(float(np.abs(np.diff(segment.work, axis=1)).sum()) for segment in self.motion.segments)

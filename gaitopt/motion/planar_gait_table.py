@@ -61,6 +61,7 @@ def _numbers(gait: PlanarGait) -> Facts:
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
     facts += [
         *describe_design(gait),
+        *_grid(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
@@ -78,6 +79,12 @@ def _numbers(gait: PlanarGait) -> Facts:
         if depth > LEAST_DEPTH
     ]
     return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait)), *describe_certificate(gait)]
+
+
+def _grid(gait: PlanarGait) -> Facts:
+    """Return the number of intervals of the phases, and the error of the plan between its nodes."""
+    counts, error = gait.problem.get("intervals") or [], gait.solver.error_between_nodes
+    return [("grid", f"{' + '.join(map(str, counts))} intervals, error between nodes {error:.1e}")] if counts else []
 
 
 def _phases(gait: PlanarGait) -> Facts:

@@ -147,7 +147,8 @@ class PlanarMotion:
     total_mass : float [kg]
     segments : tuple of PlanarSegment
     events : tuple of PlanarEvent
-        Event k ends segment k; one fewer than the segments if the last segment ends without an event.
+        Event k ends segment k; one fewer than the segments if the last segment ends without an event.  The motion of
+        a robot with one foot on the ground has :class:`gaitopt.motion.motion.Jump` objects instead, in ``jumps``.
     terrain : Terrain or None
         None on a plane.
 
@@ -255,7 +256,7 @@ class PlanarMotion:
         gravity = [segment.potential - segment.elastic for segment in self.segments]
         return Ledger(
             actuator=float(sum(segment.work[:, -1].sum() for segment in self.segments) + switched),
-            gravity=-float(sum(values[-1] - values[0] for values in gravity)),
+            gravity=0.0 - float(sum(values[-1] - values[0] for values in gravity)),
             impact_loss=float(sum(lost)),
             friction_loss=float(sum(segment.friction_work[:, -1].sum() for segment in self.segments)),
             kinetic_change=float(self.segments[-1].kinetic[-1] - last - self.segments[0].kinetic[0]),

@@ -18,7 +18,7 @@ from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.free_parameters import (
     Ends,
     clip_values,
-    fields_of_fixed,
+    fix_free_parameters,
     list_corners,
     read_bounds,
     separate_targets,
@@ -179,7 +179,7 @@ class GaitProblem:
         >>> problem.fix_parameters({"leg_com": 0.7}).values["leg_com"]
         0.7
         """
-        return self.replace(**fields_of_fixed(values, self.parameters, self.free))
+        return self.replace(**fix_free_parameters(values, self.parameters, self.free))
 
     def without_guess(self) -> "GaitProblem":
         """Return the problem without its guess, which may reference other gaits."""

@@ -1,5 +1,7 @@
 """Labels of axes: names of quantities with their units; angles are shown in degrees."""
 
+import re
+
 import numpy as np
 
 from gaitopt.motion.motion import Array
@@ -14,8 +16,18 @@ def label_quantity(name: str, unit: str) -> str:
     ('peak torque [N m]', 'slope [deg]', 'friction')
     """
     words = name.replace("_", " ")
-    unit = "deg" if unit == "rad" else unit
-    return words if unit in ("", "1") else f"{words} [{unit}]"
+    return words if unit in ("", "1") else f"{words} [{show_unit(unit)}]"
+
+
+def show_unit(unit: str) -> str:
+    r"""Return a unit as figures show it: deg for rad, and powers as superscripts.
+
+    Examples
+    --------
+    >>> show_unit("rad"), show_unit("N^2 m^2 s")
+    ('deg', 'N$^{2}$ m$^{2}$ s')
+    """
+    return "deg" if unit == "rad" else re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
 
 
 def in_shown_unit(values: Array, unit: str) -> Array:

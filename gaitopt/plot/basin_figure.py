@@ -1,5 +1,6 @@
 """The figure of a basin: the ending of the walk from each start."""
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,14 +12,20 @@ from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.region_map import draw_regions
 from gaitopt.plot.style import FigureStyle, area_color
-from gaitopt.study.basins.basin_file import ending_labels
+from gaitopt.study.basins.basin_file import basin_key, ending_labels
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 HEIGHT, STRIP_HEIGHT = 3.6, 2.6
 """Height of a map, and of the figure of a basin over one coordinate [inch]."""
+
+LINE = 70
+"""Largest number of characters of a line of the title."""
 
 FAILURES = {"fell": "0.85", "lift_off": "0.6", "no_touchdown": "0.93", "unsettled": "#F0E442"}
 """Colours of endings that are not gaits; others are grey."""
@@ -77,9 +84,32 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
         else:
             handles = draw_regions(axes, (places[0], places[1]), kinds, colors, empty="not computed")
             axes.set(xlabel=shown[0], ylabel=shown[1])
-        texts = [str(handle.get_label()).replace("_", " ") for handle in handles]
-        add_page_legend(figure, handles, texts, columns=3, width=style.width, loc="outside upper center")
+        shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
+        axes.set_title(_describe_start(table), fontsize="small")
+        texts = [str(handle.get_label()).replace("_", " ") for handle in shown_handles]
+        add_page_legend(figure, shown_handles, texts, columns=3, width=style.width, loc="outside upper center")
     return figure
+
+
+def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
+    """Mark the gait of a robot with several contacts, which the key of its basin contains, if it lies on the axes."""
+    gait, names = basin_key(table)["method"].get("gait", {}), [str(name) for name in table.ending.dims]
+    if any(name not in gait for name in names):
+        return []
+    place = [in_shown_unit(np.array([gait[name]]), str(table[name].attrs.get("units", "1")))[0] for name in names]
+    if len(place) == 1:
+        return [axes.axvline(place[0], color="black", linestyle=":", label="gait")]
+    return list(axes.plot(*place, color="black", marker="+", linestyle="none", label="gait"))
+
+
+def _describe_start(table: "xr.Dataset") -> str:
+    """Return the values of the coordinates of all starts that are not axes."""
+    key = basin_key(table)
+    parts = [f"{name.replace('_', ' ')} {value:.4g}" for name, value in key["base"].items()]
+    text = f"other coordinates [SI, rad]: {', '.join(parts)}" if parts else ""
+    if "gait" in key["method"]:
+        text = f"{text}; the rest near the gait" if text else "other coordinates: near the gait"
+    return textwrap.fill(text, LINE)
 
 
 def ending_colors(labels: list[str]) -> dict[str, str]:

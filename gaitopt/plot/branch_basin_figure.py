@@ -69,14 +69,9 @@ def plot_branch_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) 
         _draw_shares(upper, table, values)
         _draw_pushes(lower, table, values)
         lower.set_xlabel(label_quantity(over, unit))
-        add_page_legend(
-            figure,
-            *upper.get_legend_handles_labels(),
-            columns=3,
-            width=style.width,
-            loc="outside upper left",
-        )
-        lower.legend(loc="best", ncols=2)
+        entries = [axes.get_legend_handles_labels() for axes in (upper, lower)]
+        handles, labels = ([*one, *other] for one, other in zip(*entries, strict=True))
+        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
     return figure
 
 
@@ -108,5 +103,4 @@ def _draw_pushes(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
             number += 1
     push = np.where(np.isfinite(table.push.values), table.push.values, math.nan)
     axes.plot(values, push, color="black", marker=".", label="any direction")
-    axes.set(ylabel="fatal push [rad/s]")
-    axes.set_ylim(bottom=0)
+    axes.set(ylabel="fatal push [rad/s]", yscale="log")

@@ -93,7 +93,8 @@ def plot_branches(
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
-        upper.set_title(_title(diagram), loc="left", fontsize="medium")
+        if style.titled:
+            upper.set_title(_title(diagram), loc="left", fontsize="medium")
     return figure
 
 

@@ -35,8 +35,8 @@ LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 MOST_LABELS, LABEL_LETTERS, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 0.8, 0.6
 """Bars with labels below them; letters in a line of such a label; widths of one, and of an axis with numbers [inch]."""
 
-ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 2.6, 0.9
-"""Heights of a row, of bars below the rows, and of legend and axis labels [inch]."""
+ROW_HEIGHT, NARROW_ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 0.85, 2.2, 0.9
+"""Heights of a row beside bars and above bars, of bars below the rows, and of legend and axis labels [inch]."""
 
 Row = tuple[str, Callable[[Gait], list[Array]]]
 """Label of a row, and its values in each segment of a gait."""
@@ -67,10 +67,10 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     """
     style = style or FigureStyle()
     rows, narrow = _rows(comparison), style.width < NARROW
-    height = ROW_HEIGHT * (len(rows) if narrow else max(len(rows), LEAST_ROWS)) + EDGES_HEIGHT
-    with style.figure(height + BARS_HEIGHT * narrow) as figure:
+    above = NARROW_ROW_HEIGHT * len(rows) if narrow else ROW_HEIGHT * max(len(rows), LEAST_ROWS)
+    with style.figure(above + EDGES_HEIGHT + BARS_HEIGHT * narrow) as figure:
         if narrow:
-            grid = figure.add_gridspec(2, 1, height_ratios=(ROW_HEIGHT * len(rows), BARS_HEIGHT))
+            grid = figure.add_gridspec(2, 1, height_ratios=(above, BARS_HEIGHT))
             place = grid[1]
         else:
             grid = figure.add_gridspec(1, 2, width_ratios=(RATIO, 1))

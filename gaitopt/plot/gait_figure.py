@@ -237,7 +237,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
             add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
     axes.set_xlabel("time [s]")
-    axes.set_xlim(view.segments[0].time[0], view.segments[-1].time[-1])
+    panels.limit_time(axes, view)
     figure.align_ylabels(panels_drawn)
 
 
@@ -272,7 +272,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
             else:
                 panels.name_enlargement(beside, phase)
     axes.set_xlabel("time [s]")
-    axes.set_xlim(view.segments[0].time[0], view.segments[-1].time[-1])
+    panels.limit_time(axes, view)
     if view.is_single_support:
         panels.name_phases(left[0], view)
     figure.align_ylabels(left)

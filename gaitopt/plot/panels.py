@@ -21,6 +21,9 @@ SHORT = 0.15
 SINGLE = {"color": "black"}
 """Style of the line of a panel that has only one."""
 
+MARK_SPACE = 0.015
+"""Space beside the mark of an impulse at the end of a motion, as a share of its duration."""
+
 _LETTER = 0.016
 """Width of a letter of a phase label, as a share of the time axis."""
 
@@ -217,16 +220,26 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
 
 
 def _draw_impulses(axes: "Axes", view: MotionView) -> None:
-    """Draw the ratio of the impulse on each foot at impacts."""
+    """Draw the ratio of the impulse on each foot at impacts, in the colour of the foot; a key of several is white."""
     label: str | None = "touchdown impulse"
     style: dict[str, Any] = {"markersize": 5, "linestyle": "none", "clip_on": False, "zorder": 6}
-    for event in view.events:
-        for foot in view.feet:
-            tangential, normal = event.impulses[foot]
-            if normal > 0:
-                color = foot_style(view, foot)["color"]
-                axes.plot([event.time], [tangential / normal], "D", label=label, color=color, **style)
-                label = None
+    marked = [(event, foot) for event in view.events for foot in view.feet if event.impulses[foot][1] > 0]
+    colors = [foot_style(view, foot)["color"] for _, foot in marked]
+    if len(set(colors)) > 1:
+        key: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": "0.3", "clip_on": True}
+        axes.plot([], [], "D", label=label, **(style | key))  # without clipping, it would take space in the layout
+        label = None
+    for (event, foot), color in zip(marked, colors, strict=True):
+        tangential, normal = event.impulses[foot]
+        axes.plot([event.time], [tangential / normal], "D", label=label, color=color, **style)
+        label = None
+
+
+def limit_time(axes: "Axes", view: MotionView) -> None:
+    """Limit the time axis to a motion, with space for the mark of an impulse at its end."""
+    begin, end = view.segments[0].time[0], view.segments[-1].time[-1]
+    marked = any(event.time == end and event.impulses[foot][1] > 0 for event in view.events for foot in view.feet)
+    axes.set_xlim(begin, end + marked * MARK_SPACE * (end - begin))
 
 
 def _number_channels(view: MotionView) -> dict[str, int]:

@@ -198,9 +198,10 @@ def _draw_labels(
 ) -> None:
     """Write the time below each figure, and where a phase begins its slides, or that no foot is on the ground."""
     from matplotlib import rcParams
+    from matplotlib.font_manager import FontProperties
 
     named: set[int] = set()
-    size = float(rcParams["legend.fontsize"])
+    size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()  # a number, or a name such as medium
     below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": size}
     for instant, shift in zip(instants, shifts, strict=True):
         segment = instant.segment

@@ -118,7 +118,7 @@ class FigureStyle:
             "ytick.labelsize": size - 0.5,
             "legend.fontsize": size - 0.5,
             "legend.frameon": False,
-            "figure.titlesize": size + 1,
+            "figure.titlesize": size + (self.width >= NARROW),
             **_LOOKS,
         }
 

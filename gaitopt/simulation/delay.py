@@ -92,6 +92,10 @@ class DelayedWalker:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
         return self._walker.torque(mode, clock, y)
 
+    def torques(self, mode: Mode, times: Array, states: Array) -> Array:
+        """Return the torques at clock times (K,) and states (n_y, K), shape (n_u, K) [N m]."""
+        return self._walker.torques(mode, times, states)
+
     def stride(self, state: Array, *, record: bool = False) -> Stride:
         """Simulate the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.stride`."""
         self._begin = True

@@ -139,6 +139,11 @@ class Walker:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
         return self._torque[mode](clock, y, self.loop.data(clock, y))[0]
 
+    def torques(self, mode: Mode, times: Array, states: Array) -> Array:
+        """Return the torques at clock times (K,) and states (n_y, K), shape (n_u, K) [N m]."""
+        data = np.column_stack([self.loop.data(t, y) for t, y in zip(times, states.T, strict=True)])
+        return np.asarray(torque_of(self.law.torque, mode)(times[None], states, data))
+
     def begin(self, state: Array) -> Array:
         """Return the state y at the start of a step: (q, v), followed by the latched values of the law."""
         return self.memory.begin(state)

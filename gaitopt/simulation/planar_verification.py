@@ -19,6 +19,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, make_planar_motion, make_planar_segment
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
+from gaitopt.simulation.replay_difference import describe_first_difference
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.status import Stop
 
@@ -187,6 +188,8 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
         reasons.append(f"the replay stopped {_describe_end(walked)}: {rollout.stop.hint}")
     if walked.segments and walked.sequence != planned.sequence:
         reasons.append(f"the replay has the contact sequence '{walked.sequence}' instead of '{planned.sequence}'")
+        difference = describe_first_difference(gait.robot, planned, walked)
+        reasons += [difference] if difference is not None else []
     error, period_error, residual = float("inf"), float("inf"), float("inf")
     complete = rollout.end is not None and len(walked.events) == len(planned.events)
     if complete and rollout.end is not None:

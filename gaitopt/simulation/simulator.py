@@ -183,7 +183,6 @@ def _check_state(robot: Robot, name: str, value: Array) -> Array:
 
 def _segment(walker: Walker | DelayedWalker, step: int, start_time: float, mode: Mode, arc: Arc) -> Segment:
     robot, n = walker.robot, walker.robot.n_q
-    torque = [walker.torque(mode, t, y).copy() for t, y in zip(arc.time, arc.states.T, strict=True)]
     energy = np.zeros((robot.n_works, arc.time.size)) if arc.energy is None else arc.energy
     samples = SegmentSamples(
         mode=mode,
@@ -191,7 +190,7 @@ def _segment(walker: Walker | DelayedWalker, step: int, start_time: float, mode:
         time=start_time + arc.time,
         q=arc.states[:n],
         v=arc.states[n : 2 * n],
-        torque=np.array(torque).reshape(arc.time.size, robot.n_u).T,
+        torque=walker.torques(mode, arc.time, arc.states),
         work=energy[: robot.n_u],
         friction_work=energy[robot.n_u],
         damping_work=energy[-1] if robot.has_dampers else None,

@@ -1,6 +1,6 @@
 """assess_stability: the multipliers of an optimised gait under a law."""
 
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -14,23 +14,24 @@ from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import find_cycle
-from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
-from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.section import Section
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 
 @overload
 def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle: ...
 @overload
-def assess_stability(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle: ...
+def assess_stability(gait: PlanarGait, law: PlanarLaw | None = None) -> "PlanarCycle": ...
 @overload
 def assess_stability(
     gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
-) -> Cycle | PlanarCycle: ...
+) -> "Cycle | PlanarCycle": ...
 @check_arguments
 def assess_stability(
     gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
-) -> Cycle | PlanarCycle:
+) -> "Cycle | PlanarCycle":
     """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
 
     Parameters
@@ -61,6 +62,8 @@ def assess_stability(
     if isinstance(gait, PlanarGait):
         if isinstance(law, Law):
             raise InputError(f"A gait of a robot with several contacts needs a PlanarLaw, got the Law {law.name!r}.")
+        from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+
         return assess_planar(gait, law)
     if isinstance(law, PlanarLaw):
         raise InputError(f"A gait with one foot on the ground needs a Law, got the PlanarLaw {law.name!r}.")

@@ -33,13 +33,13 @@ from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 32
+STARTS = 40
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
 LARGEST_FACTOR = 1e4
 """Factor of the deflation above which a start is considered a known gait."""
-ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 27, reduction=3, accept_zero=False)
+ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 9, reduction=3, accept_zero=False)
 """Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
 WALK_PERIODS = 4
 """Length of the walks in which close returns are sought, relative to the longest period."""

@@ -1,5 +1,7 @@
 """Recovery of a saved gait from pushes under a law."""
 
+from typing import TYPE_CHECKING
+
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
@@ -7,11 +9,13 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
-from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, Recovery, measure_recovery
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 
 def measure_gait_recovery(
@@ -42,10 +46,12 @@ def measure_gait_recovery(
 
 
 def walker_near(
-    gait: AnyGait, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | None = None
-) -> Walker | PlanarWalker:
+    gait: AnyGait, law: Law | PlanarLaw, cycle: "Cycle | PlanarCycle", engine: Engine | None = None
+) -> "Walker | PlanarWalker":
     """Return the walker of a gait's robot under a law, which walks near a periodic gait."""
-    if isinstance(gait, PlanarGait) and isinstance(cycle, PlanarCycle) and isinstance(law, PlanarLaw):
+    if isinstance(gait, PlanarGait) and not isinstance(cycle, Cycle) and isinstance(law, PlanarLaw):
+        from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+
         return PlanarWalker(gait.robot, law, cycle.parameters, section=cycle.section, period=cycle.period)
     if isinstance(gait, Gait) and isinstance(law, Law):
         return make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)

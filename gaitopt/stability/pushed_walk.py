@@ -1,6 +1,6 @@
 """Walks from a periodic gait after a push, of robots with one foot on the ground or with several contacts."""
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -9,12 +9,13 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk
 from gaitopt.stability.section import Section
 from gaitopt.stability.section_walk import natural_rate
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 
 class PushedWalk(Protocol):
@@ -67,7 +68,7 @@ class SinglePushedWalk:
         return worst(np.abs(self._section.project(state) - self._fixed_point))
 
 
-def make_pushed_walk(walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle) -> PushedWalk:
+def make_pushed_walk(walker: "Walker | PlanarWalker", cycle: "Cycle | PlanarCycle") -> PushedWalk:
     """Return the walks of a walker from its gait after a push.
 
     Raises
@@ -75,10 +76,14 @@ def make_pushed_walk(walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle) 
     InputError
         If walker and gait are not of the same kind of robot.
     """
-    if isinstance(cycle, PlanarCycle) and isinstance(walker, PlanarWalker):
-        return PlanarPushedWalk(walker, cycle)
     if isinstance(cycle, Cycle) and isinstance(walker, Walker):
         return SinglePushedWalk(walker, cycle)
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+    from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk
+
+    if isinstance(cycle, PlanarCycle) and isinstance(walker, PlanarWalker):
+        return PlanarPushedWalk(walker, cycle)
     raise InputError(
         "A push test needs a Walker with a Cycle (one foot on the ground), or a PlanarWalker with a PlanarCycle "
         f"(several contacts), got {type(walker).__name__} and {type(cycle).__name__}."

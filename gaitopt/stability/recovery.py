@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import field, frozen
@@ -13,11 +14,13 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import VerificationStep
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.cycle import Cycle
-from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 WalkObserver = Callable[[VerificationStep], None]
 
@@ -110,7 +113,7 @@ class PushTest:
 
 @check_arguments
 def measure_recovery(
-    walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle, radius: float, test: PushTest | None = None
+    walker: "Walker | PlanarWalker", cycle: "Cycle | PlanarCycle", radius: float, test: PushTest | None = None
 ) -> Recovery:
     """Simulate walks from random starts around a gait of one step and count those that return to it.
 
@@ -141,8 +144,8 @@ def measure_recovery(
 
 @check_arguments
 def find_largest_recovery(
-    walker: Walker | PlanarWalker,
-    cycle: Cycle | PlanarCycle,
+    walker: "Walker | PlanarWalker",
+    cycle: "Cycle | PlanarCycle",
     test: PushTest | None = None,
     observer: WalkObserver | None = None,
 ) -> Recovery:
@@ -239,7 +242,7 @@ def draw_from_ball(spread: Array, test: PushTest) -> Iterator[Array]:
 
 
 def count_settling_steps(
-    walker: Walker | PlanarWalker, cycle: Cycle | PlanarCycle, push: Array, test: PushTest
+    walker: "Walker | PlanarWalker", cycle: "Cycle | PlanarCycle", push: Array, test: PushTest
 ) -> int | None:
     """Return the number of steps after which a walk stays within the tolerance of the gait, or None without return."""
     return _count_settling_steps(make_pushed_walk(walker, cycle), push, test)

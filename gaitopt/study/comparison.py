@@ -15,6 +15,9 @@ from gaitopt.reductions import worst
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.study.gait_metrics import braking_work, force_ratio, peak_torques
 
+MOST_DIFFERENCES = 3
+"""Largest number of parameters in a label."""
+
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
@@ -102,7 +105,8 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     Parameters
     ----------
     gaits : mapping of str to Gait, or sequence of Gait
-        By label; the gaits of a sequence are labelled by their contact sequences and frictions.
+        By label; the gaits of a sequence are labelled by their contact sequences, and if these repeat, by the
+        parameters in which the gaits differ.
     multipliers : bool
         Whether to compute the Floquet multipliers under the torques replayed in open loop.
 
@@ -136,7 +140,9 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
 
 
 def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
-    """Return labelled gaits by their contact sequences, followed by their labels if sequences repeat.
+    """Return labelled gaits by their contact sequences; if these repeat, by the parameters in which the gaits differ.
+
+    Gaits that differ in no parameter keep their labels in parentheses.
 
     Examples
     --------
@@ -145,24 +151,48 @@ def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
     >>> list(label_by_sequence({"a": gait})), list(label_by_sequence({"a": gait, "b": gait}))[0]
     (['slip+ stick | slip+'], 'slip+ stick | slip+ (a)')
     """
-    sequences = [str(gait.sequence) for gait in gaits.values()]
+    texts = _describe_gaits(list(gaits.values()))
     return {
-        sequence if sequences.count(sequence) == 1 else f"{sequence} ({label})": gait
-        for sequence, (label, gait) in zip(sequences, gaits.items(), strict=True)
+        text if texts.count(text) == 1 else f"{text} ({label})": gait
+        for text, (label, gait) in zip(texts, gaits.items(), strict=True)
     }
 
 
 def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
-    """Return gaits by sequence; if sequences repeat, friction is added, and a number if labels still repeat."""
+    """Return gaits as `label_by_sequence` does, with a number if labels still repeat."""
     for gait in gaits:
         check_gait(gait)
-    sequences = [str(gait.sequence) for gait in gaits]
-    labels = [
-        sequence if sequences.count(sequence) == 1 else f"{sequence}, friction {gait.motion.parameters['friction']:g}"
-        for sequence, gait in zip(sequences, gaits, strict=True)
-    ]
+    labels = _describe_gaits(gaits)
     numbered = [
         label if labels.count(label) == 1 else f"{label} ({1 + labels[:number].count(label)})"
         for number, label in enumerate(labels)
     ]
     return dict(zip(numbered, gaits, strict=True))
+
+
+def _describe_gaits(gaits: Sequence[Gait]) -> list[str]:
+    """Return the sequence of each gait, followed by what distinguishes it from gaits of the same sequence."""
+    sequences = [str(gait.sequence) for gait in gaits]
+    groups = {sequence: [g for g, s in zip(gaits, sequences, strict=True) if s == sequence] for sequence in sequences}
+    return [
+        ", ".join([sequence, *_list_differences(gait, groups[sequence])])
+        for sequence, gait in zip(sequences, gaits, strict=True)
+    ]
+
+
+def _list_differences(gait: Gait, others: Sequence[Gait]) -> list[str]:
+    """Return the parameters, at most `MOST_DIFFERENCES`, that do not have the same value in all gaits."""
+    tables = [_tabulate_parameters(other) for other in others]
+    differences = [
+        f"{name.replace('_', ' ')} {value}"
+        for name, value in _tabulate_parameters(gait).items()
+        if any(table.get(name) != value for table in tables)
+    ]
+    return differences[:MOST_DIFFERENCES]
+
+
+def _tabulate_parameters(gait: Gait) -> dict[str, str]:
+    """Return the parameters of a gait as text, those of the ground and of the task first."""
+    values = gait.motion.parameters
+    first = {"friction": values["friction"], "slope": values["slope"], "speed": gait.speed, "step": gait.step_length}
+    return {name: f"{value:.4g}" for name, value in {**first, **values}.items()}

@@ -44,7 +44,7 @@ def measure_radius(gait: Gait) -> float:
         return math.nan
 
 
-def measure_recovery(gait: Gait) -> float:
+def measure_recovered_push(gait: Gait) -> float:
     """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
     try:
         cycle = assess_stability(gait)

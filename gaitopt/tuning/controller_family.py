@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from gaitopt.arguments import check_arguments, check_record
 from gaitopt.control.computed_torque import computed_torque
@@ -12,8 +13,10 @@ from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.control.push_off import push_off
 from gaitopt.control.torque_saturation import UNLIMITED, limit_torque, torque_limits
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.tuning.gain import Gain
 
 TorqueLimit = float | Mapping[str, float]
@@ -52,7 +55,7 @@ class ControllerFamily:
     name : str
     gains : tuple of Gain
     law : callable
-        Function from values of the gains by name to the law.
+        Function from values of the gains by name to the law, a Law or PlanarLaw.
     settings : FamilySettings
 
     Examples
@@ -67,7 +70,7 @@ class ControllerFamily:
 
     name: str
     gains: tuple[Gain, ...]
-    law: Callable[[Mapping[str, float]], Law] = field(repr=False)
+    law: Callable[[Mapping[str, float]], Any] = field(repr=False)
     settings: FamilySettings = field(default=FamilySettings(), repr=False)
 
     @staticmethod
@@ -140,7 +143,7 @@ def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:
 
 @check_arguments
 def controller_family_named(
-    name: str, robot: Robot, motion: Motion, *, torque_limit: TorqueLimit = math.inf
+    name: str, robot: Robot | PlanarRobot, motion: Motion | PlanarGait, *, torque_limit: TorqueLimit = math.inf
 ) -> ControllerFamily:
     """Return a controller family for a gait by name: one of ``FAMILIES``.
 
@@ -149,10 +152,11 @@ def controller_family_named(
     Parameters
     ----------
     name : str
-        ``"joint_pd"``, ``"computed_torque"``, ``"lqr"``, ``"step_lqr"`` or ``"push_off"``; see :func:`law_name`.
-    robot : Robot
-    motion : Motion
-        One step of the gait.
+        ``"joint_pd"``, ``"computed_torque"``, ``"lqr"``, ``"step_lqr"`` or ``"push_off"``; see :func:`law_name`.  For a
+        robot with several contacts: ``"joint_pd"``, ``"lqr"`` or ``"step_lqr"``.
+    robot : Robot or PlanarRobot
+    motion : Motion or PlanarGait
+        One step of the gait; the gait itself for a robot with several contacts.
     torque_limit : float or mapping of actuator to float [N m]
 
     Raises
@@ -168,8 +172,14 @@ def controller_family_named(
     >>> [gain.name for gain in family.gains]
     ['torque', 'rate']
     """
-    family = FAMILIES[law_name(name)](robot, motion, torque_limit)
-    return replace(family, settings=FamilySettings(torque_limit=torque_limit))
+    settings = FamilySettings(torque_limit=torque_limit)
+    if isinstance(motion, PlanarGait):
+        from gaitopt.tuning.planar_families import make_planar_design
+
+        return ControllerFamily(law_name(name), *make_planar_design(law_name(name), motion, torque_limit), settings)
+    if not isinstance(robot, Robot):
+        raise InputError("The family of laws of a robot with several contacts needs its PlanarGait, not its motion.")
+    return replace(FAMILIES[law_name(name)](robot, motion, torque_limit), settings=settings)
 
 
 def law_name(name: str) -> str:

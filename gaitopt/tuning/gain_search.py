@@ -8,27 +8,23 @@ from scipy.optimize import minimize
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import TuningObserver, TuningStep
 from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.stability.fixed_point import find_fixed_point
-from gaitopt.stability.one_sided import one_sided_derivatives
-from gaitopt.stability.return_map import ReturnMap
-from gaitopt.stability.section import Section
 from gaitopt.tuning.controller_family import ControllerFamily
+from gaitopt.tuning.ground_map import GroundMap, make_ground_map
 from gaitopt.tuning.record import Trial
 from gaitopt.tuning.tuning_objective import TuningObjective
 
 INFEASIBLE_PENALTY = 1e6
 """Objective of gains without a law or without a periodic gait near the planned one."""
-FIXED_POINT_TOLERANCE = 1e-5
-"""Distance between a point and its image below which the search takes the point as fixed point."""
 
 
 @check_arguments
@@ -66,8 +62,8 @@ class GainSearch:
 
     Parameters
     ----------
-    gait : Gait
-    robot : Robot
+    gait : Gait or PlanarGait
+    robot : Robot or PlanarRobot
     family : ControllerFamily
     objective : TuningObjective
     frictions : tuple of float or mapping
@@ -83,8 +79,8 @@ class GainSearch:
 
     def __init__(
         self,
-        gait: Gait,
-        robot: Robot,
+        gait: AnyGait,
+        robot: Robot | PlanarRobot,
         family: ControllerFamily,
         objective: TuningObjective,
         frictions: tuple[float | Mapping[str, float], ...],
@@ -92,16 +88,10 @@ class GainSearch:
         observer: TuningObserver,
     ) -> None:
         self.family, self.objective, self.trials = family, objective, list[Trial]()
-        self._robot, self._engine, self._observer = robot, engine, observer
-        self._period, planned = gait.period, gait.motion.parameters
+        self._observer, planned = observer, gait.motion.parameters
         changes = [dict(each) if isinstance(each, Mapping) else {"friction": each} for each in frictions]
-        self._grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
-        first = gait.motion.segments[0]
-        self._sections = [Section(robot, robot.vector(ground), sliding=True) for ground in self._grounds]
-        start = np.concatenate([first.q[:, 0], first.v[:, 0]])
-        self._points = [section.project(start) for section in self._sections]
-        n_a = len(robot.angles)
-        self._scale = np.array([0.1] * (n_a - 1) + [0.5] * n_a + [0.5])
+        grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
+        self._grounds = [make_ground_map(gait, ground, engine) for ground in grounds]
 
     def search(self, search: GainSearchOptions) -> Trial:
         """Minimise the objective and return the best trial."""
@@ -128,25 +118,14 @@ class GainSearch:
             law = self.family.law(gains)
         except InputError:
             return INFEASIBLE_PENALTY  # no law exists, for example if a Riccati equation has no solution
-        return worst(*(self._on_ground(law, k) for k in range(len(self._grounds))))
+        return worst(*(self._on_ground(law, ground) for ground in self._grounds))
 
-    def _on_ground(self, law: Law, k: int) -> float:
-        """Return the objective of a law on one ground; Newton's method starts from the previous fixed point there."""
-        walker = make_walker(self._robot, law, self._grounds[k], period=self._period, engine=self._engine)
-        return_map = ReturnMap(walker, self._sections[k])
-        z = self._points[k]
-        passage = return_map(z)
-        if passage.end is None or not np.max(np.abs(passage.end - z)) <= FIXED_POINT_TOLERANCE:
-            point = find_fixed_point(return_map, z)
-            if point is None:
-                return INFEASIBLE_PENALTY
-            z, passage = point.z, point.passage
-            self._points[k] = z
-        sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.strides[0])
-        matrices = sides or (return_map.derivative(z, passage),)
-        if not all(np.all(np.isfinite(matrix)) for matrix in matrices):
+    def _on_ground(self, law: Law | PlanarLaw, ground: GroundMap) -> float:
+        """Return the objective of a law on one ground."""
+        matrices = ground.derivatives(law)
+        if not matrices or not all(np.all(np.isfinite(matrix)) for matrix in matrices):
             return INFEASIBLE_PENALTY
-        return worst(*(self.objective(matrix, self._scale) for matrix in matrices))
+        return worst(*(self.objective(matrix, ground.scale) for matrix in matrices))
 
 
 def _simplex(share: Array) -> Array:

@@ -1,5 +1,6 @@
 """The linearised dynamics of a planar gait between its events, with the jumps of a deviation at each of them."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,8 @@ class LinearPhase(NamedTuple):
     intervals: list[LinearInterval]
 
 
-def linearise_planar(gait: PlanarGait) -> list[LinearPhase]:
+@functools.lru_cache(maxsize=4)
+def linearise_planar(gait: PlanarGait) -> tuple[LinearPhase, ...]:
     """Return the linearised dynamics of a gait's period under its torques in open loop.
 
     A deviation is one of (q, v) that the closed contacts allow, without travel: each jump ends with its projection.
@@ -78,7 +80,7 @@ def linearise_planar(gait: PlanarGait) -> list[LinearPhase]:
         part += event.is_impact
     last = phases[-1].intervals[-1]
     phases[-1].intervals[-1] = _with_jump(last, pending @ last.jump)
-    return phases
+    return tuple(phases)
 
 
 def _with_jump(interval: LinearInterval, jump: Array) -> LinearInterval:

@@ -1,5 +1,6 @@
 """Linear-quadratic feedback of planar gaits: along the gait through its events, and of its return map."""
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.tuning.lqr import LqrWeights
 from gaitopt.tuning.planar_intervals import LinearPhase, linearise_planar
 from gaitopt.tuning.riccati import discrete_gains, periodic_gains
@@ -125,14 +127,7 @@ def planar_step_lqr(
     """
     check_count("windows", windows, 1, 20)
     weights, actuators = weights or LqrWeights(), select_actuators(gait, actuators)
-    base, n = law or planar_feedforward(gait), gait.robot.n_q
-
-    def add_feedback(state: Array, gains: Array) -> PlanarLaw:
-        return planar_step_to_step(
-            gait.robot, base, state, gains, actuators=actuators, windows=windows, duration=gait.period
-        )
-
-    cycle = assess_planar(gait, add_feedback(np.zeros(2 * n), np.zeros((windows * len(actuators), 2 * n))))
+    cycle, n = _assess_windows(gait, law, actuators, windows), gait.robot.n_q
     basis = cycle.basis
     sizes = np.repeat([weights.angle, weights.rate], n)
     torques = np.tile(_torque_sizes(gait, actuators, weights), windows)
@@ -143,7 +138,26 @@ def planar_step_lqr(
             f"No step-to-step feedback with {windows} windows of {', '.join(actuators)} stabilises the gait "
             f"'{gait.sequence}' with {weights}."
         )
-    return add_feedback(np.array([*cycle.state.values()]), gain @ basis.T)
+    return _add_feedback(gait, law, actuators, np.array([*cycle.state.values()]), gain @ basis.T)
+
+
+@functools.lru_cache(maxsize=4)
+def _assess_windows(gait: PlanarGait, law: PlanarLaw | None, actuators: tuple[str, ...], windows: int) -> PlanarCycle:
+    """Return the gait under a law with zero added torques, whose return map has derivatives by these torques."""
+    n = 2 * gait.robot.n_q
+    return assess_planar(
+        gait, _add_feedback(gait, law, actuators, np.zeros(n), np.zeros((windows * len(actuators), n)))
+    )
+
+
+def _add_feedback(
+    gait: PlanarGait, law: PlanarLaw | None, actuators: Sequence[str], state: Array, gains: Array
+) -> PlanarLaw:
+    """Return a law with added torques; by default they are added to the planned ones."""
+    base, windows = law or planar_feedforward(gait), len(gains) // len(actuators)
+    return planar_step_to_step(
+        gait.robot, base, state, gains, actuators=actuators, windows=windows, duration=gait.period
+    )
 
 
 def _torque_sizes(gait: PlanarGait, actuators: Sequence[str], weights: LqrWeights) -> Array:

@@ -4,7 +4,9 @@ import textwrap
 from dataclasses import dataclass, field
 
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.controller_family import FamilySettings
 
@@ -35,7 +37,7 @@ class Tuning:
 
     Attributes
     ----------
-    law : Law or None
+    law : Law, PlanarLaw or None
         None if no trial gave a law, for example because a Riccati equation has no solution.
     family : str
         Name of the controller family.
@@ -46,7 +48,7 @@ class Tuning:
     radius_after : float
         Spectral radius with the tuned law, also if it is not below 1; inf if no trial has a periodic gait near the
         plan.
-    cycle : Cycle or None
+    cycle : Cycle, PlanarCycle or None
         The periodic gait of the walker under the tuned law.
     fixed_point_shift : float
         Largest difference of the state after touchdown of the periodic gait from the planned one; nan without a gait.
@@ -68,13 +70,13 @@ class Tuning:
     True
     """
 
-    law: Law | None
+    law: Law | PlanarLaw | None
     family: str
     gains: dict[str, float]
     objective: str
     radius_before: float
     radius_after: float
-    cycle: Cycle | None
+    cycle: Cycle | PlanarCycle | None
     fixed_point_shift: float
     verified: Recovery
     trials: tuple[Trial, ...] = field(repr=False)

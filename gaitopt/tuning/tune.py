@@ -8,14 +8,16 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.gait_recovery import walker_near
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, Recovery, find_largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
@@ -25,7 +27,7 @@ from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 @check_arguments
 def tune_feedback(
-    gait: Gait,
+    gait: AnyGait,
     family: ControllerFamily,
     *,
     objective: TuningObjective | None = None,
@@ -39,7 +41,7 @@ def tune_feedback(
 
     Parameters
     ----------
-    gait : Gait
+    gait : Gait or PlanarGait
     family : ControllerFamily
     objective : TuningObjective, optional
         The spectral radius by default.
@@ -50,6 +52,7 @@ def tune_feedback(
     test : PushTest, optional
         Verification by walks from random states.
     engine : Engine, optional
+        Of a gait with one foot on the ground.
     observer : callable, optional
         Receives a :class:`gaitopt.progress.TuningStep` per evaluation, then a
         :class:`gaitopt.progress.VerificationStep` per walk of the verification.
@@ -75,7 +78,7 @@ def tune_feedback(
     >>> tuned.radius_after < 0.2 < tuned.radius_before
     True
     """
-    check_gait(gait)
+    check_any_gait(gait)
     example = 'a ControllerFamily such as controller_family_named("lqr", robot, gait.motion, torque_limit=8)'
     check_type("family", family, ControllerFamily, example)
     gait.require()
@@ -102,14 +105,19 @@ def tune_feedback(
     )
 
 
-def fixed_point_shift(gait: Gait, cycle: Cycle) -> float:
+def fixed_point_shift(gait: AnyGait, cycle: Cycle | PlanarCycle) -> float:
     """Return the largest difference of a periodic gait's state after touchdown from a planned one's."""
-    first, section = gait.motion.segments[0], cycle.section
-    difference = np.abs(section.embed(cycle.z) - np.concatenate([first.q[:, 0], first.v[:, 0]]))
+    first = gait.motion.segments[0]
+    planned = np.concatenate([first.q[:, 0], first.v[:, 0]])
+    if isinstance(cycle, PlanarCycle):
+        repeated = [name != gait.motion.travel for name in cycle.state]
+        return float(np.max(np.abs(cycle.start.y - planned)[repeated]))
+    section = cycle.section
+    difference = np.abs(section.embed(cycle.z) - planned)
     return float(np.max(difference[section.robot.state_entries.without_position]))
 
 
-def _open_loop(gait: Gait, engine: Engine | None) -> float:
+def _open_loop(gait: AnyGait, engine: Engine | None) -> float:
     try:
         return assess_stability(gait, engine=engine).radius
     except InputError:
@@ -117,8 +125,8 @@ def _open_loop(gait: Gait, engine: Engine | None) -> float:
 
 
 def _closed_loop_gait(
-    gait: Gait, family: ControllerFamily, best: Trial, engine: Engine | None
-) -> tuple[Law | None, Cycle | None]:
+    gait: AnyGait, family: ControllerFamily, best: Trial, engine: Engine | None
+) -> tuple[Law | PlanarLaw | None, Cycle | PlanarCycle | None]:
     """Return the law of the best gains and its periodic gait, each None if it does not exist."""
     try:
         law = family.law(best.gains)
@@ -131,14 +139,13 @@ def _closed_loop_gait(
 
 
 def _verify_tuning(
-    gait: Gait,
-    law: Law | None,
-    cycle: Cycle | None,
+    gait: AnyGait,
+    law: Law | PlanarLaw | None,
+    cycle: Cycle | PlanarCycle | None,
     test: PushTest,
     engine: Engine | None,
     observer: TuningObserver,
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
-    walker = make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)
-    return find_largest_recovery(walker, cycle, test, observer)
+    return find_largest_recovery(walker_near(gait, law, cycle, engine), cycle, test, observer)

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.arguments import check_arguments
-from gaitopt.control.law import Law
 from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
 from gaitopt.tuning.record import Trial, Tuning
 
@@ -63,16 +64,22 @@ class TunedGains:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
         return f"TunedGains({self.family!r}, spectral radius {self.radius:.4g}, {gains})"
 
-    def law(self, robot: Robot, motion: Motion, family: ControllerFamily | None = None) -> Law:
+    def law(
+        self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait, family: ControllerFamily | None = None
+    ) -> Any:
         """Return the tuned law for a gait.
 
         Parameters
         ----------
-        robot : Robot
-        motion : Motion
-            One step of the gait.
+        robot : Robot or PlanarRobot
+        motion : Motion or PlanarGait
+            One step of the gait; the gait itself for a robot with several contacts.
         family : ControllerFamily, optional
             Custom family that was tuned; by default the family of gaitopt named in the file.
+
+        Returns
+        -------
+        Law or PlanarLaw
 
         Raises
         ------
@@ -82,6 +89,8 @@ class TunedGains:
         settings = self.settings
         family = family or controller_family_named(self.family, robot, motion, torque_limit=settings.torque_limit)
         if settings.stance_angle and not family.settings.stance_angle:
+            if not (isinstance(robot, Robot) and isinstance(motion, Motion)):
+                raise InputError("A law by the stance angle is not available for robots with several contacts.")
             family = family.by_stance_angle(robot, motion)
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if missing:

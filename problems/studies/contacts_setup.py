@@ -1,5 +1,7 @@
 """Sweeps of the scripts of robots with several contacts, and the energy ledgers of their gaits."""
 
+import functools
+import sys
 from pathlib import Path
 
 import xarray as xr
@@ -27,15 +29,27 @@ def script_problem(name):
     return load_script(PROBLEMS / f"{name}.py")
 
 
-def sweep_sequences(problems, axes, workers=1):
-    """Return the sweeps of some problems as one dataset, with their labels in the dimension ``gait``.
+def sweep_sequences(script, problems, axes, workers=1, folder=None):
+    """Return the sweeps of some problems of a script as one dataset, with their labels in the dimension ``gait``.
+
+    Each sweep is stored in a file of the folder, if one is named, from which an interrupted study resumes.
 
     The work per distance of travel is added [J/m]: ``motor_work``, without sign, and its terms ``impact``, ``friction``
     and ``braking``, in the dimension ``term``.
     """
     tables = []
-    for problem in problems.values():
-        table = sweep(problem, axes, starts=1, execution=Execution(workers=workers)).isel(sequence=0)
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    for label, problem in problems.items():
+        execution = Execution(
+            workers=workers,
+            prepare=functools.partial(load_script, PROBLEMS / f"{script}.py"),
+            observer=print_progress(f"{problem.robot.name}, {label}"),
+        )
+        path = Path(folder) / f"{problem.robot.name} {label}.nc".replace(" ", "_") if folder else None
+        table = sweep(problem, axes, starts=1, execution=execution, path=path).isel(sequence=0)
+        if not table.attrs["complete"]:
+            raise KeyboardInterrupt
         robot = problem.robot
         weight = float(robot.mass(robot.vector(problem.values))) * problem.parameters["gravity"]
         table = table.drop_vars("sequence")
@@ -47,6 +61,16 @@ def sweep_sequences(problems, axes, workers=1):
         tables.append(table.drop_vars(["braking_work"]))
     gaits = xr.DataArray(list(problems), dims="gait", name="gait")
     return xr.concat(tables, gaits, coords="minimal", compat="override", combine_attrs="drop")
+
+
+def print_progress(label):
+    """Return an observer that prints each tenth of the computed gaits to the standard error."""
+
+    def observe(done, count):
+        if done * 10 // count > (done - 1) * 10 // count:
+            print(f"{label}: {done} of {count} gaits computed", file=sys.stderr, flush=True)
+
+    return observe
 
 
 def check_balance(table, label="all gaits"):

@@ -26,6 +26,7 @@ from gaitopt import Margins
 from gaitopt.ocp import solve_planar
 from gaitopt.study import PublishedValue, Reproduction
 
+SCRIPT = "compass_double_support"
 STICK, SLIP, DOUBLE = "single support", "slipping landing", "double support"
 GAITS = {
     STICK: ("foot A stick |", {"color": "#0072B2", "linestyle": "-", "marker": "o"}),
@@ -43,13 +44,25 @@ MARGINS = Margins(
 )
 
 
-def study(steps=(0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2), frictions=(0.15, 0.2, 0.3, 0.4, 0.6), speed=0.633, shown=0.4):
-    """Return the study; `shown` is the friction of the curves and of the energies."""
-    make = script_problem("compass_double_support")
+def study(
+    steps=(0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2),
+    frictions=(0.15, 0.2, 0.3, 0.4, 0.6),
+    speed=0.633,
+    shown=0.4,
+    workers=2,
+    folder=None,
+):
+    """Return the study.
+
+    `shown` is the friction of the curves and of the energies; `folder` stores the sweeps, from which an interrupted
+    study resumes.
+    """
+    make = script_problem(SCRIPT)
     problems = {name: make(sequence=text, speed=speed, step_length=0.8) for name, (text, _) in GAITS.items()}
     for name, problem in problems.items():
         problems[name] = problem.replace(margins=MARGINS, transcription=evolve(problem.transcription, tolerance=1e-8))
-    table = sweep_sequences(problems, {"friction": frictions, "step_length": steps})
+    axes = {"friction": frictions, "step_length": steps}
+    table = sweep_sequences(SCRIPT, problems, axes, workers, folder)
     figure = _draw(table, shown)
     reference = solve_planar(make()).solver.objective
     name = "double support, 0.25 m/s, steps of 0.4713 m, friction 0.4, no margins: cost"

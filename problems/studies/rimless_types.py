@@ -85,7 +85,7 @@ def _numbers(curves):
         for left, right in itertools.pairwise(parts):
             place = f"{np.degrees(right[0, 1]):.4f} deg"
             yield PublishedValue(
-                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 2e-9, ADJACENT
+                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 1e-9, ADJACENT
             )
     for name, curve in curves:
         friction, slope = curve.values.T

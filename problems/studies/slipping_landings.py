@@ -44,12 +44,16 @@ ROBOTS = {
 UNITS = {"monopod, hopping": "N$^2$ m$^2$ s", "telescoping biped, running": "J"}
 
 
-def study(hopping=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6), running=(0.15, 0.2, 0.3), workers=1):
-    """Return the study; the arguments are the friction coefficients of each robot."""
+def study(hopping=(0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6), running=(0.15, 0.2, 0.3), workers=2, folder=None):
+    """Return the study of the friction coefficients of each robot.
+
+    `folder` stores the sweeps, from which an interrupted study resumes.
+    """
     tables = {}
     for label, frictions in zip(ROBOTS, (hopping, running), strict=True):
         if frictions:
-            tables[label] = sweep_sequences(make_problems(label), {"friction": frictions}, workers)
+            axes = {"friction": frictions}
+            tables[label] = sweep_sequences(ROBOTS[label][0], make_problems(label), axes, workers, folder)
     figure = _draw(tables)
     hop = solve_planar(script_problem("monopod")(clearance=0.0)).solver.objective
     numbers = [

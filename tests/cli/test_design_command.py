@@ -1,4 +1,4 @@
-"""gaitopt design: families and single problems with free parameters."""
+"""gaitopt design: families, single problems with free parameters, and robust gaits."""
 
 import pytest
 
@@ -16,6 +16,12 @@ def problem(speeds=(0.6, 0.65), torque=6.0, family=True, free=(1.0, 3.0)):
     )
     return Family([base.replace(speed=speed) for speed in speeds]) if family else base
 """
+
+
+def test_another_command_on_a_family_names_the_command_for_families(command, script):
+    run = command("solve", script(SCRIPT, "family.py"))
+    assert run.status == 2
+    assert "has a family of gaits; use 'gaitopt design " in run.err
 
 
 def test_a_family_is_solved_replayed_and_saved(command, script, folder):
@@ -77,3 +83,53 @@ def test_a_problem_without_free_parameters_is_refused(command, script, setting):
     run = command("design", script(SCRIPT), "--set", setting, "--set", f"family={setting != 'free=None'}")
     assert run.status == 2
     assert "free" in run.err or "at least two problems" in run.err
+
+
+ROBUST = """
+from gaitopt import Collocation, GainSearchOptions, GaitProblem, Limits, Scenarios, compass_biped, joint_pd
+from gaitopt.design import RobustProblem
+
+
+def governor(robot, motion, torque_limit):
+    law = joint_pd(robot, motion, torque_limit=torque_limit)
+    return law.with_gains({"hip_stiffness": 20.0, "ankle_stiffness": 20.0, "hip_damping": 4.0, "ankle_damping": 4.0})
+
+
+def problem(law="feedforward", friction=0.19):
+    gait = GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=friction, speed=0.6, step_length=0.45,
+        limits=Limits(torque=6), objective="torque_squared", transcription=Collocation(intervals=20),
+    )
+    scenarios = Scenarios(ranges={"friction": (0.18, 0.2)}, values=2, steps=3, tolerance=1e-2)
+    return RobustProblem(gait, scenarios, law=law, search=GainSearchOptions(samples=0, starts=1, evaluations=2))
+"""
+
+
+def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
+    run = command("design", script(ROBUST), "--count", "3", "-o", "here")
+    assert run.status == 0, run.err
+    assert "robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +" in run.out
+    assert "unseen scenarios: 3 of 3 frictions survived" in run.out
+    assert load(folder / "here" / "own.h5").verification.passed
+    assert not (folder / "here" / "own_law.json").exists()
+
+
+def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_are_a_law(command, script, folder):
+    path = script(ROBUST)
+    run = command("design", path, "--law", f"{path}:governor", "--count", "2", "--json")
+    assert run.status == 0, run.err
+    assert run.json["robust"]
+    assert run.json["unseen"]["plan"] == {"scenarios": 2, "survived": 2, "pushed": 0, "recovered": 0}
+    gait, gains = run.json["files"]
+    again = command("stability", folder / gait, "--law", folder / gains, "--json")
+    assert again.status == 0, again.err
+    assert again.json["gaits"][0]["radius"] < 1
+
+
+def test_other_problems_have_no_law_and_robust_ones_are_not_solved_alone(command, script):
+    run = command("design", script(SCRIPT), "--law", "feedforward")
+    assert run.status == 2
+    assert "--law is accepted for a RobustProblem only" in run.err
+    run = command("solve", script(ROBUST))
+    assert run.status == 2
+    assert "gaitopt design" in run.err

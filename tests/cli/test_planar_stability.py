@@ -6,13 +6,10 @@ import math
 import pytest
 from typer.testing import CliRunner
 
-from gaitopt import Collocation, save
+from gaitopt import save
 from gaitopt.cli.app import app
-from gaitopt.cli.script import require_single_support_gait
 from gaitopt.errors import InputError
-from gaitopt.ocp import solve_planar
 from gaitopt.stability import assess_planar
-from tests.ocp.multicontact_examples import walk
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
 NAMES = "kneed_walker", "hopper", "round_feet", "monopod"
@@ -95,14 +92,9 @@ def test_the_table_lists_sequence_and_multipliers():
             ("simulate", HOPPER, "--engine", "heyoka"),
             "--engine must be auto or scipy for a robot with several contacts",
         ),
-        (
-            ("basin", HOPPER, "--over", "body=0.6:0.7:2"),
-            "has a robot with several contacts; 'gaitopt stability', 'gaitopt simulate' and 'gaitopt impact' accept it",
-        ),
-        (("basin", MONOPOD, "--over", "y=0.6:0.7:2"), f"'gaitopt stability {MONOPOD}' assesses it, with --law lqr"),
-        (("simulate", MONOPOD), f"'gaitopt stability {MONOPOD}' assesses it, with --law lqr"),
-        (("tune", MONOPOD), f"'gaitopt stability {MONOPOD} --law lqr' designs and assesses its feedback"),
-        (("push", MONOPOD), f"'gaitopt stability {MONOPOD} --law lqr' designs and assesses its feedback"),
+        (("basin", HOPPER, "--over", "knee=0.6:0.7:2"), "has no coordinate or parameter 'knee'"),
+        (("basin", HOPPER, "--over", "body=0.6,0.7", "--law", "lqr"), "--law is accepted for a saved gait only"),
+        (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is given by --over and --state"),
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
@@ -140,12 +132,6 @@ def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
     result = run("stability", tmp_path / "hop.h5", "--set", "friction=0.5")
     assert isinstance(result.exception, InputError)
     assert "--set changes the parameters of a script" in str(result.exception)
-
-
-def test_commands_on_feedback_name_the_command_for_several_contacts():
-    gait = solve_planar(walk(transcription=Collocation(intervals=10)))
-    with pytest.raises(InputError, match="several contacts; 'gaitopt stability FILE --law lqr'"):
-        require_single_support_gait(gait)
 
 
 @pytest.mark.parametrize(

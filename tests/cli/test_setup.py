@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 from importlib import metadata
+from pathlib import Path
 
 import pytest
 import typer
@@ -191,3 +192,10 @@ def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, m
     assert reason in command("doctor").out
     monkeypatch.setattr(setup.platform, "system", lambda: "Plan9")
     assert command("doctor", "--json").json["unavailable_extras"] == {}
+
+
+def test_a_script_of_a_robot_names_the_file_that_defines_the_robot(command, folder):
+    wrote, defined = command("new", "mine", "--robot", "flat_foot_walker").out.splitlines()
+    assert wrote == "wrote mine.py"
+    path = re.fullmatch("flat_foot_walker is defined in (.*): copy it to change bodies or contacts", defined).group(1)
+    assert "heel_length" in Path(path).read_text(encoding="utf-8")

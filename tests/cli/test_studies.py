@@ -6,8 +6,10 @@ import sys
 import time
 
 import pytest
+from matplotlib.image import imread
 
 from gaitopt import load, load_sweep, save
+from gaitopt.plot.saving import DOTS_PER_INCH
 
 QUICK = """\
 from gaitopt import GaitProblem, Limits, MultipleShooting, TorqueSquared, compass_biped
@@ -138,9 +140,9 @@ def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, fold
 
     labels, draw = [], comparison_figure.plot_comparison
 
-    def record(comparison):
+    def record(comparison, style):
         labels.append(list(comparison.gaits))
-        return draw(comparison)
+        return draw(comparison, style=style)
 
     monkeypatch.setattr(comparison_figure, "plot_comparison", record)
     save(sticking, folder / "stick.h5")
@@ -161,7 +163,8 @@ def test_compare_sets_gaits_side_by_side(command, slip_file, folder):
     assert ran.status == 0, ran.err
     assert "impact loss [J/m]" in ran.out
     assert (folder / "both.pdf").stat().st_size > 1000
-    found = command("compare", slip_file, other, "--multipliers", "--json").json
+    found = command("compare", slip_file, other, "--multipliers", "--width", 3.5, "--font-size", 6, "--json").json
+    assert imread(found["figure"]).shape[1] == pytest.approx(3.5 * DOTS_PER_INCH, rel=0.05)
     assert [gait["label"] for gait in found["gaits"]] == ["compass_slip", "other"]
     assert found["gaits"][0]["largest_multiplier"] < 1
     assert found["figure"] == "comparison.png"

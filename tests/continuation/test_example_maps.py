@@ -8,8 +8,9 @@ import pytest
 
 from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialPoint
-from gaitopt.continuation.switching import switch_branch
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
+from gaitopt.continuation.switching import has_half_period, switch_branch
+from gaitopt.continuation.value_slope import differentiate_by_value
 from tests.continuation.map_examples import ExampleFamily
 
 OPTIONS = ArclengthOptions(longest_step=0.1)
@@ -158,3 +159,43 @@ def test_steps_grow_although_rounding_errors_are_large():
     assert [point.z[0] for point in points] == pytest.approx([math.sin(point.value) for point in points], abs=1e-12)
     assert len(points) < 45
     assert max(point.iterations for point in points) <= 3  # not those that only confirm the rounding errors
+
+
+def test_the_derivative_by_the_parameter_is_accurate_for_sensitive_maps():
+    family = ExampleFamily(lambda z, a: np.sin(1e3 * (a + z)), 1, value_scale=100.0)
+    z, value = np.array([math.pi / 10 - 0.1]), 0.1
+    sample, by_z = family.evaluate(z, value), np.array([[1e3]])  # the cosine is 1
+    slope = differentiate_by_value(family, z, value, sample, by_z, 1e-6)
+    assert slope == pytest.approx(by_z[0], rel=1e-4)  # 1.7e-3 with the step of an insensitive map
+
+
+def test_a_doubled_branch_joins_the_branch_of_half_its_period_again():
+    # The logistic map at 3.2 - value^2 doubles its period at value^2 = 0.2, on both sides of 0.
+    family = ExampleFamily(lambda z, a: (3.2 - a**2) * z * (1 - z), 1)
+    _, special, _ = follow(family, [1 - 1 / (3.2 - 0.36)], -0.6, (-0.6, 0.0))
+    (doubling,) = special
+    stepper, start = switch_branch(family.double_period(), doubling, OPTIONS)
+    points = list[CurvePoint]()
+    for item in BranchFollower(stepper, (-0.6, 0.6), str).follow(start):
+        if isinstance(item, SpecialPoint):
+            break
+        points.append(item)
+    assert item.kind.key == "fold"
+    assert item.value == pytest.approx(math.sqrt(0.2), abs=1e-6)
+    assert has_half_period(points[-1].orbit, np.ones(1))
+    assert not has_half_period(points[len(points) // 2].orbit, np.ones(1))
+    assert not has_half_period(np.zeros((3, 1)), np.ones(1))
+
+
+def test_a_sequence_that_exists_only_within_rounding_errors_is_no_change():
+    def change(value, before, after):
+        none = np.array([0.5 + 0j])
+        kind = SpecialKind.IMPACT_CONE
+        sides = {"multipliers_before": none, "multipliers_after": none}
+        return SpecialPoint(kind=kind, value=value, width=0.0, z=none.real, before=before, after=after, **sides)
+
+    chattering = [change(0.1, "a", "b"), change(0.1 + 1e-12, "b", "a"), change(0.1 + 2e-12, "a", "c")]
+    (merged,) = merge_changes(chattering, 1e-9, lambda one, other: SpecialKind.IMPACT_CONE)
+    assert (merged.before, merged.after) == ("a", "c")
+    apart = [change(0.1, "a", "b"), change(0.2, "b", "a")]
+    assert merge_changes(apart, 1e-9, lambda one, other: SpecialKind.IMPACT_CONE) == apart

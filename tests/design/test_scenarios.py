@@ -41,6 +41,7 @@ def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
     robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
     assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())
+    assert str(robust) == "12 of 12 frictions, 12 of 12 pushes survived"
     nominal = check_scenarios(plan.nominal, plan.nominal_law, SCENARIOS, count=12)
     assert nominal.survived < 12
     assert nominal.recovered < 12
@@ -69,6 +70,36 @@ def test_a_mass_that_differs_from_the_plan_is_tuned_for():
     assert plan.robust
     assert plan.additional_cost == pytest.approx(0, abs=1e-6)
     assert check_scenarios(plan.gait, plan.law, scenarios, count=4).survived == 4
+
+
+@pytest.mark.slow
+def test_the_open_loop_and_a_law_of_a_function_are_robust_without_pushes():
+    steady = Scenarios(ranges={"friction": (0.14, 0.16)}, values=2, steps=4)
+    plan = solve_scenarios(problem(), steady, law="feedforward")
+    assert plan.robust
+    assert (plan.tuning, plan.gains, plan.law.name) == (None, {}, "feedforward")
+    assert plan.gait.motion.parameters["friction"] == 0.14
+    same = solve_scenarios(problem(), steady, law=lambda robot, motion, limit: feedforward(robot, motion))
+    assert same.law.name == "feedforward"
+    assert same.robust
+
+
+def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
+    heavy = Scenarios(ranges={"hip_mass": (1.99, 2.01)}, values=2, steps=3)
+    plan = solve_scenarios(problem(), heavy, law="feedforward")
+    assert str(plan).startswith(
+        "not robust: 0 of 2 candidate scenarios survived under feedforward, additional cost +0.0%"
+    )
+    assert "worst: hip_mass " in str(plan)
+    assert str(plan).endswith(" from the plan after 3 steps (tolerance 0.0001)")
+    test = check_scenarios(plan.gait, plan.law, heavy, count=2)
+    assert str(test) == f"{test.survived} of 2 scenarios survived"
+
+
+@pytest.mark.parametrize(("law", "reason"), [(3, "law must be a name"), (lambda *_: 3, "it returned int")])
+def test_invalid_laws(law, reason):
+    with pytest.raises(InputError, match=reason):
+        solve_scenarios(problem(), SCENARIOS, law=law)
 
 
 def test_candidates_cover_the_ends_of_the_ranges_and_random_scenarios_are_seeded():

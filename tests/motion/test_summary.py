@@ -34,6 +34,11 @@ def test_summary_survives_a_strict_json_reader(slip_gait):
     assert summary["violations"] == [{"place": "here", "name": "this", "size": "inf"}]
 
 
+def test_objective_and_energy_of_a_gait_on_level_ground(slip_gait):
+    assert slip_gait.objective == slip_gait.solver.objective
+    assert math.copysign(1.0, slip_gait.energy.gravity) == 1.0  # not -0.0
+
+
 def test_conflicting_limits_are_shown(slip_gait):
     torque = Conflict(
         name="torque limit of hip",
@@ -50,12 +55,12 @@ def test_conflicting_limits_are_shown(slip_gait):
     assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no gait found")
     shown = [text for name, text in tabulate_gait(gait) if name == "conflict"]
     assert shown == [
-        "torque limit of hip (Limits.torque) is 6 N m: 8.04 N m would suffice",
+        "torque limit of hip (Limits.torque) is 6 N m: 8.04 N m alone would suffice",
         "normal force (sequence) is violated by 2",
     ]
     first, second = summarise(gait)["conflicts"]
     assert (first["name"], first["sufficient"], second["sufficient"]) == ("torque limit of hip", 8.04, None)
-    with pytest.raises(InputError, match=r"\(infeasible\).* 8\.04 N m would suffice"):
+    with pytest.raises(InputError, match=r"\(infeasible\).* 8\.04 N m alone would suffice"):
         gait.require()
 
 

@@ -1,12 +1,14 @@
 """Blocks: derivatives through intermediate quantities, and Functions shared by blocks with equal expressions."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Limits, compass_biped
 from gaitopt.ocp.bounds import structure
-from gaitopt.ocp.nlp.block import Block, derive_block
+from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block
 from gaitopt.ocp.nlp.nlp import assemble_nlp
 from gaitopt.ocp.transcription.transcription import transcribe
 
@@ -69,17 +71,42 @@ def test_grids_share_the_derivatives_of_their_intervals(monkeypatch):
     transcribe.cache_clear()
 
 
-def test_the_hessian_through_the_inner_states_needs_half_of_the_operations(monkeypatch):
+@pytest.fixture
+def interval_block(monkeypatch):
+    """Return the block of the intervals of a phase, and the shared data."""
     blocks = []
     monkeypatch.setattr("gaitopt.ocp.nlp.nlp.derive_block", lambda *block: blocks.append(block) or derive_block(*block))
     transcribe.cache_clear()
     problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.3, objective="torque_squared")
     transcribe(structure(problem, Collocation(intervals=4, points=5)))
     transcribe.cache_clear()
-    through, data = blocks[0]
+    return blocks[0]
+
+
+def test_the_hessian_through_the_inner_states_needs_half_of_the_operations(interval_block):
+    through, data = interval_block
     parts = ca.substitute([through.constraints, through.cost], [through.intermediates], [through.definitions])
     names = dict(zip(("constraints", "cost"), parts, strict=True))
     empty = dict.fromkeys(("intermediates", "definitions"), ca.SX(0, 1))
     direct = Block(**{**vars(through), **names, **empty})
     counts = [derive_block(block, data).hessian.n_instructions() for block in (through, direct)]
     assert counts[0] < 0.5 * counts[1]
+
+
+def test_intervals_of_collocation_have_few_common_subexpressions(interval_block):
+    block, data = interval_block
+    kept, merged = (BlockFunctions(one, data) for one in (block, replace(block, merged=False).merge_subexpressions()))
+    assert block.merged
+    assert kept.hessian.n_instructions() < 1.04 * merged.hessian.n_instructions()
+
+
+def test_a_row_with_many_variables_is_differentiated_on_its_own():
+    w = ca.SX.sym("w", 12)
+    rows = ca.vertcat(w[0] * w[1], ca.sumsqr(w), w[2] * w[3], ca.sin(w[4]))
+    block = Block(
+        name="block", variables=w, constraints=rows, columns=np.arange(12)[:, None], rows=np.arange(4)[:, None]
+    )
+    functions, x = BlockFunctions(block, DATA), np.linspace(0.1, 1.2, 12)
+    slopes = functions.jacobian(x, 0.0)[1]
+    expected = ca.Function("expected", [w], [ca.jacobian(rows, w)])(x)
+    np.testing.assert_array_equal(slopes, np.asarray(expected)[functions.jacobian_entries][:, None])

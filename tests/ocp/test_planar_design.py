@@ -2,16 +2,19 @@
 
 import itertools
 
+import attrs
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, InputError, Limits, Status, compass_biped, load, save, solve, verify
+from gaitopt.cli.script import call_script
 from gaitopt.model import compass_with_two_feet, monopod
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp import FromPlanarGait, PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.planar_certification import list_planar_numbers
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from tests.conftest import ROOT
 
 FREE = {"leg_com": (0.4, 1.2), "hip_mass": (1.0, 3.0)}
 PROBLEM = PlanarProblem(
@@ -105,6 +108,18 @@ def test_sensitivities_are_derivatives_of_solved_problems(gait, name):
 def test_sensitivities_of_a_hop_are_derivatives_of_solved_problems(hopping, name):
     expected = differences(HOP, hopping, name)
     assert hopping.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_sensitivities_of_a_double_support_with_slip_are_derivatives_of_solved_problems():
+    """The trailing foot slips forward while the other sticks; friction acts on both."""
+    problem = call_script(ROOT / "problems" / "compass_double_support.py", [])
+    problem = problem.replace(transcription=attrs.evolve(problem.transcription, tolerance=np.inf))
+    gait = solve_planar(problem)
+    assert gait.certificate.verdict == "strict"
+    for name in ("friction", "hip_mass"):
+        expected = differences(problem, gait, name)
+        assert gait.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
 
 
 def test_a_coordinate_without_effect_leaves_an_optimum_flat(hopping):

@@ -5,18 +5,23 @@ from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 import pytest
 
-from gaitopt import Damper, InputError, Parameter, PointContact, PointMass, Status
+from gaitopt import Damper, InputError, Margins, Parameter, PointContact, PointMass, Status
 from gaitopt.cli.script import load_script
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
+from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_structure
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
+from gaitopt.ocp.multicontact.planar_remarks import find_least_forces, report_inaccuracy
 from gaitopt.ocp.multicontact.planar_solver import _Start
+from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.ipopt import Ipopt
-from gaitopt.ocp.nlp.keys import Kind
+from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.progress import silent
 from tests.ocp.multicontact_examples import hop, walk
 
@@ -41,7 +46,7 @@ def test_an_infeasible_problem_names_the_conflicting_limits(refused):
     for conflict in names.values():
         assert conflict.separable
         assert conflict.sufficient > conflict.limit == 1
-        assert "N m would suffice" in str(conflict)
+        assert "N m alone would suffice" in str(conflict)
 
 
 @pytest.mark.parametrize("actuator", ["ankle A", "hip"])
@@ -81,6 +86,24 @@ def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch
         gait.require()
 
 
+def test_an_inaccurate_plan_names_the_contact_whose_normal_force_is_at_its_lower_bound():
+    """Torques change within one interval of any grid there, so more intervals are no remedy; larger margins are."""
+    problem = walk("foot A stick |", margins=Margins(), transcription=Collocation(intervals=4))
+    transcription = transcribe_planar(planar_structure(problem))
+    bounds, (phase,) = planar_bounds(transcription, problem), transcription.phases
+    forces = transcription.variables[Unknown.ACCELERATION, 0][problem.robot.n_q]
+    x = np.maximum(planar_start(transcription, problem, None), np.nan_to_num(bounds.x_lower, neginf=-1e3) + 1)
+    assert find_least_forces(transcription, phase, bounds, x) == []
+    x[forces[2]] = bounds.x_lower[forces[2]]
+    contacts = find_least_forces(transcription, phase, bounds, x)
+    assert contacts == ["foot A"]
+    sentence = report_inaccuracy(transcription, problem, np.array([2e-7]), "", contacts)
+    assert "the normal force of foot A is at its lower bound" in sentence
+    assert "Collocation(tolerance=1e-6) if the plan then passes its replay, larger margins" in sentence
+    assert "Margins(normal_force=0.02, separation=0.01)" in sentence
+    assert "more intervals" not in sentence
+
+
 def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monkeypatch):
     """If no repair raises the foot, the plan is not called solved, and its warning names the contact and the phase."""
 
@@ -92,7 +115,10 @@ def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monk
     gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
     assert gait.status is Status.PLAN_INACCURATE
     (warning,) = gait.solver.warnings
-    assert warning.startswith("contact 'foot B' touches the ground in phase 1 (foot A stick), before its planned")
+    assert warning.startswith(
+        "contact 'foot B' touches the ground in phase 1 (foot A stick), at 0 s, before its planned touchdown, with a "
+        "least gap of "
+    )
 
 
 def test_a_phase_of_minimum_duration_is_a_warning():

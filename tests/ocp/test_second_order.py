@@ -133,3 +133,20 @@ def test_a_bound_that_is_almost_active_excludes_a_saddle_unless_the_cost_decreas
     result = check_second_order(nlp, np.array([0.0, 1 - 4e-6]), multipliers, data, limits)
     assert result.verdict is expected
     assert (result.curvature > 0) == (expected is Verdict.STRICT)
+
+
+def test_nearly_dependent_constraints_exclude_a_saddle():
+    """The constraints x = y and x = y - 1e-9 y fix both, with multipliers of 4e9; the cost has a slope along (1, 1)."""
+    block = Block(
+        name="toy",
+        variables=ca.vertcat(X, Y),
+        cost=X + 3 * Y - Y**2,
+        constraints=ca.vertcat(X - Y, X - Y + 1e-9 * Y),
+        columns=np.array([[0], [1]]),
+        rows=np.arange(2)[:, None],
+    )
+    limits = Bounds(np.full(2, -np.inf), np.full(2, np.inf), np.zeros(2), np.zeros(2))
+    nlp, data = assemble_nlp([block], ca.SX.sym("z", 1), 2, 2, smooth=True), np.array([0.0])
+    multipliers = (np.zeros(2), np.array([4e9 - 1, -4e9]))
+    result = check_second_order(nlp, np.zeros(2), multipliers, data, limits)
+    assert (result.verdict, result.free_directions) == (Verdict.UNDECIDED, 1)

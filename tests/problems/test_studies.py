@@ -23,7 +23,7 @@ SMALL = {
     "compass_force_ratio": {},
     "compass_multipliers": {"least": 0.1, "most": 0.2},
     "compass_portraits": {},
-    "double_support": {"steps": (0.7, 0.8), "frictions": (0.4,)},
+    "double_support": {"steps": (0.7, 0.8), "frictions": (0.4,), "workers": 1},
     "feedback_figures": {"laws": ("lqr",), "evaluations": 2, "starts": 1, "steps": 4, "pushes": 2},
     "feedback_laws": {"names": ("stick | stick",), "laws": ("lqr",), "evaluations": 2, "starts": 2, "sizes": 2},
     "frontier_ankle": {"limits": (6.0,), "speeds": (0.6, 0.6, 1), "workers": 1},
@@ -43,7 +43,7 @@ SMALL = {
     "multi_step_gaits": {},
     "robust_gait": {"count": 2, "evaluations": 2},
     "trade_off_torque": {"points": 2},
-    "slipping_landings": {"hopping": (0.2, 0.7), "running": ()},
+    "slipping_landings": {"hopping": (0.2, 0.7), "running": (), "workers": 2},
 }
 """Parameters that make each script quick."""
 
@@ -58,6 +58,9 @@ FINDINGS = {
     },
 }
 """Remarks on these small grids."""
+
+STORED = {"double_support": 3, "slipping_landings": 2}
+"""Number of sweeps that a study stores in a folder."""
 
 EXPLAINED = {
     "rimless_branches": {
@@ -95,8 +98,9 @@ def run(name, **parameters):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SMALL)
-def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits):
-    study = run(name, **SMALL[name])
+def test_study_reproduces_its_numbers_in_a_labelled_figure(name, gaits, tmp_path):
+    study = run(name, **SMALL[name], **({"folder": tmp_path} if name in STORED else {}))
+    assert len(list(tmp_path.glob("*.nc"))) == STORED.get(name, 0)
     assert isinstance(study, Reproduction)
     assert all(type(number.agrees) is bool for number in study.numbers)
     assert {number.name for number in study.numbers if not number.agrees} == EXPLAINED.get(name, set())

@@ -8,11 +8,13 @@ import pytest
 
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
+from gaitopt.model import monopod
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait_summary import find_depths
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
-from gaitopt.simulation import Tolerances, replay_planar, verify_planar
+from gaitopt.simulation import Tolerances, replay_planar, simulate_planar, verify_planar
+from gaitopt.simulation.replay_difference import describe_first_difference
 from gaitopt.status import Status
 from tests.ocp.multicontact_examples import drag, hop, roll_off, stride, walk
 
@@ -107,3 +109,16 @@ def test_the_depth_of_a_foot_that_swings_through_the_ground_is_reported():
     assert find_depths(solve_planar(hop()))["foot"] < 1e-6
     inaccurate = tabulate_planar_gait(gait.replace_fields(status=Status.PLAN_INACCURATE))  # it may be armed there
     assert dict(inaccurate)["below ground"] == f"foot B by up to {1e3 * depth:.3g} mm in swing"
+
+
+def test_the_first_event_that_differs_is_described_with_the_gap_of_the_contact_in_the_plan():
+    robot, rest = monopod(), np.zeros(5)
+    walked, planned = (
+        simulate_planar(robot, [0, height, 0, 0, 0.6], rest, {}, until="foot closes").motion for height in (0.7, 0.701)
+    )
+    assert describe_first_difference(robot, walked, walked) is None
+    lifted = replace(planned, events=(replace(planned.events[0], names=("foot opens",)),))
+    assert describe_first_difference(robot, lifted, walked) == (
+        f"the first event that differs is 'foot closes' at {walked.period:.4g} s of the replay, instead of 'foot "
+        f"opens' at {planned.period:.4g} s of the plan; foot is then 1 mm above the ground in the plan"
+    )

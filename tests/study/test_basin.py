@@ -22,6 +22,7 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.study import ending_labels, ending_shares, locate_basin_edges, save_basin
 from gaitopt.study.basins.basin_file import Endings, basin_key, endings_of, make_basin
 from gaitopt.study.basins.basin_record import BasinRecord
+from gaitopt.study.basins.basin_source import make_source
 from gaitopt.study.basins.basin_walk import walk_over
 
 WHEEL = {"slope": math.radians(13)}
@@ -159,7 +160,7 @@ def test_a_basin_with_nothing_computed_is_kept(tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt
 
-    walk = walk_over(rimless_wheel(), WHEEL, GRID, passive(rimless_wheel()), SettlingCriterion(), ScipyEngine())
+    walk = walk_over(make_source(rimless_wheel(), None, ScipyEngine()), WHEEL, GRID, SettlingCriterion())
     nothing = walk.basin(walk.pending())
     assert load_basin(save_basin(nothing, tmp_path / "basin.nc")).identical(nothing)
     assert ending_shares(nothing) == {}
@@ -168,9 +169,8 @@ def test_a_basin_with_nothing_computed_is_kept(tmp_path):
 
 def test_many_values_of_an_axis_fit_into_the_file(tmp_path):
     rates = np.linspace(1, 2, 30_000)
-    walk = walk_over(
-        rimless_wheel(), WHEEL, {"theta_rate": rates}, passive(rimless_wheel()), SettlingCriterion(), ScipyEngine()
-    )
+    source = make_source(rimless_wheel(), None, ScipyEngine())
+    walk = walk_over(source, WHEEL, {"theta_rate": rates}, SettlingCriterion())
     path = save_basin(walk.basin(walk.pending()), tmp_path / "basin.nc")
     assert basin_key(load_basin(path)) == walk.key()
 

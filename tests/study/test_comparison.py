@@ -6,6 +6,7 @@ import pytest
 
 from gaitopt import InputError, absolute_work, compare, load, plot_comparison
 from gaitopt.cli.study_output import print_comparison
+from gaitopt.study.comparison import label_by_sequence
 from tests.study.test_sweep import SEQUENCES
 
 
@@ -36,7 +37,11 @@ def test_the_terms_add_up_to_the_cost(pair):
 
 def test_labels_tell_gaits_apart(pair, slip_gait):
     assert list(compare(pair).gaits) == SEQUENCES
-    assert list(compare([pair[1], slip_gait]).gaits) == [f"{SEQUENCES[1]}, friction 0.14{n}" for n in (" (1)", " (2)")]
+    assert list(compare([pair[1], slip_gait]).gaits) == [f"{SEQUENCES[1]}{number}" for number in (" (1)", " (2)")]
+    changed = dict(slip_gait.motion.parameters) | {"friction": 0.16, "hip_mass": 2.5}
+    other = dataclasses.replace(slip_gait, motion=dataclasses.replace(slip_gait.motion, parameters=changed))
+    texts = [f"{SEQUENCES[1]}, friction 0.14, hip mass 2", f"{SEQUENCES[1]}, friction 0.16, hip mass 2.5"]
+    assert list(compare([slip_gait, other]).gaits) == list(label_by_sequence({"a": slip_gait, "b": other})) == texts
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
     with pytest.raises(InputError, match="a list, or a mapping of labels"):
         compare(load("docs/examples/compass_slip.h5"))

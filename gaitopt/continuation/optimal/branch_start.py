@@ -5,23 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve
 
-from gaitopt.continuation.optimal.kkt_correction import at_value, correct
-from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint
-from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp, find_number, make_parametric_nlp
+from gaitopt.continuation.optimal.active_set_search import find_optimum
+from gaitopt.continuation.optimal.kkt_point import KktLinearisation
+from gaitopt.continuation.optimal.parametric_nlp import find_number, make_parametric_nlp
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
-from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
-from gaitopt.progress import silent
-
-MOST_ADJUSTMENTS = 10
-"""Largest number of changes of the active set at the start."""
-
-NONZERO = 1e-10
-"""Scaled multiplier above which a constraint is active."""
 
 
 def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gait: Gait) -> KktLinearisation:
@@ -49,36 +41,13 @@ def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gai
     nlp = make_parametric_nlp(problem, name, ends, _find_method(problem, gait), _find_schedule(gait))
     value = find_number(problem, name).value
     x, multipliers = transfer_solution(gait.solution, nlp.transcription, np.zeros(nlp.size))
-    data, limits, inner = nlp.data.at(value), nlp.bounds_at(value), nlp.transcription.nlp
-    result = Newton().minimise(inner, x, data, limits, silent, multipliers, update_data=lambda _: data)
-    scaled = np.concatenate(result.multipliers) / inner.typical
-    equal = (nlp.lower.origin == nlp.upper.origin) & (nlp.lower.slope == nlp.upper.slope)
-    positions = np.concatenate([result.x, result.g])
-    bound = np.where(scaled > 0, nlp.upper.at(value), nlp.lower.at(value))
-    distances = np.abs(np.where(np.isfinite(bound), bound - positions, np.inf))
-    signs = np.where(np.abs(scaled) > np.maximum(NONZERO, distances), np.sign(scaled), 0.0)
-    active = ActiveSet(np.where(equal, 1, signs).astype(np.int8), equal, nlp.size)
-    optimum = (
-        _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
-    )
+    optimum = find_optimum(nlp, x, multipliers, value)
     if optimum is None:
         raise InputError(
             f"The branch must start from an optimum with definite active constraints; that at {name} = {value:.6g} has "
             "none. Begin the range at another value."
         )
     return optimum
-
-
-def _adjust_active_set(nlp: ParametricNlp, point: KktPoint, active: ActiveSet) -> KktLinearisation | None:
-    """Return the optimum near a point; violated constraints and multipliers of the wrong sign switch."""
-    for _ in range(MOST_ADJUSTMENTS):
-        optimum = correct(nlp, point, active, at_value(point.value))
-        if optimum is None or optimum.strictness >= -NONZERO:
-            return optimum
-        for index in np.flatnonzero(optimum.margins < -NONZERO).tolist():
-            active = active.switch(index, 0 if active.sides[index] else optimum.nearest_side(index))
-        point = optimum.point
-    return None
 
 
 def _find_method(problem: GaitProblem, gait: Gait) -> Method:

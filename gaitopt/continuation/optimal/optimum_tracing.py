@@ -96,7 +96,8 @@ def trace_optimum(
     Parameters
     ----------
     problem : GaitProblem
-        Its objective must be smooth, such as squared torques.
+        With an objective such as cost of transport, whose optima have intervals without torque, several constraints
+        change together; the optimum beyond such a point is found by a solve from there.
     over : mapping of str to (float, float)
         One parameter of the problem and its range in SI units, named as in the certificate's sensitivities, such as
         ``"friction"`` or ``"torque_limit of hip"``.
@@ -113,7 +114,7 @@ def trace_optimum(
     Raises
     ------
     InputError
-        If the problem has no such parameter, its objective is not smooth, or there is no optimum to start from.
+        If the problem has no such parameter, or there is no optimum to start from.
 
     Examples
     --------

@@ -94,6 +94,20 @@ class ParametricNlp:
         """Return the problem at a value of the parameter."""
         return self.number.change(value)
 
+    def locate_sign_changes(self, x: Array) -> "ParametricNlp":
+        """Return the NLP with the sign changes of the joint powers of a solution, about which absolute work is exact.
+
+        Parameters
+        ----------
+        x : (n_variables,) array
+        """
+        layout = self.transcription.sign_changes
+        if layout is None or not layout.size:
+            return self
+        origin = self.data.origin.copy()
+        origin[layout.first : layout.first + layout.size] = self.transcription.locate_sign_changes(x)
+        return replace(self, data=replace(self.data, origin=origin))
+
     def bounds_at(self, value: float) -> Bounds:
         """Return the bounds at a value of the parameter."""
         lower, upper = self.lower.at(value), self.upper.at(value)
@@ -151,7 +165,7 @@ def make_parametric_nlp(
     Raises
     ------
     InputError
-        If there is no such number, the problem is invalid at an end of the range, or its objective has kinks.
+        If there is no such number, or the problem is invalid at an end of the range.
     """
     problem = problem.without_guess()
     if problem.stability is not None:
@@ -170,11 +184,6 @@ def make_parametric_nlp(
     transcription = transcribe(structures.pop())
     fractions = method.fractions_for(problem.sequence)
     transcription = transcription if fractions is None else transcription.place_nodes(fractions)
-    if not transcription.nlp.smooth:
-        raise InputError(
-            f"Branches of optimal gaits need a smooth objective, such as 'torque_squared'; {problem.objective.name!r} "
-            "is not smooth or has no curvature."
-        )
     limits = [bounds(transcription, one) for one in problems]
     return ParametricNlp(
         problem=problem,

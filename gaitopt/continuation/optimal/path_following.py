@@ -5,7 +5,8 @@ follows its tangent, Newton's method corrects; requested values of the parameter
 and corrected.  If a slack or a multiplier has become negative, its zero is located by
 Newton's method on the conditions extended by this equation; the constraint then enters or leaves the active set, and
 the curve continues with it (Guddat, Guerra Vazquez & Jongen, Parametric Optimization: Singularities, Pathfollowing and
-Jumps, 1990, chapter 2).  At a fold the reduced Hessian is singular and the parameter turns back.
+Jumps, 1990, chapter 2).  If torques may switch on and off, several constraints change together, and the active set
+beyond is that of a solve from there.  At a fold the reduced Hessian is singular and the parameter turns back.
 """
 
 import math
@@ -14,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.continuation.optimal.active_set_search import DISTANCES, find_again, find_beyond
 from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
@@ -31,6 +33,12 @@ from gaitopt.reductions import worst
 
 VIOLATED = -1e-9
 """Margin below which a constraint is violated, or a multiplier has the wrong sign, within rounding errors."""
+
+SHORTEST_PIECE = 2e-3
+"""Step, relative to the range, below which an optimum of an objective with kinks is found by a solve."""
+
+SAME_OPTIMUM = 0.1
+"""Largest scaled change of an unknown as the sign changes of the joint powers are located again."""
 
 SAME_PLACE = 1e-11
 """Distance, relative to the range, of changes of the active set at the same value of the parameter."""
@@ -69,6 +77,7 @@ class PathFollower:
         self.nlp, self.options, self.metric = nlp, options, Metric(nlp)
         self.samples, self.end = np.array(sorted(samples)), "interrupted"
         self._switches, self._last_change = 0, math.nan
+        self._smooth = nlp.transcription.nlp.smooth
 
     def follow(self, start: KktLinearisation, direction: float) -> Iterator[PathPoint | PathChange]:
         """Yield points and special points in order, from an optimum toward larger or smaller values."""
@@ -81,30 +90,45 @@ class PathFollower:
                 self.end = "range_end"
                 return
             passed, following, step = self._advance(point, step)
+            if following is None and step >= (self.options.shortest_step if self._smooth else SHORTEST_PIECE):
+                continue
             if following is None:
-                if step < self.options.shortest_step:
+                after = None if self._smooth else self._restart(point, point.optimum, distances=(1.0, *DISTANCES))
+                if after is None:
                     large = worst(np.abs(point.optimum.point.multipliers)) > LARGE_MULTIPLIER
                     self.end = FEASIBILITY_LIMIT if large else "no_convergence"
                     yield point
                     return
-                continue
+                following, step = after, self.options.first_step
             yield from passed
             if isinstance(following, PathPoint):
-                turning = self._locate_turning_point(point, following)
+                turning = self._locate_turning_point(point, following) if self._smooth else None
                 if turning is not None:
                     yield turning
-                point = following
+                point = following if self._smooth or not following.sampled else self._solve_again(following)
                 yield point
                 continue
-            after, implied = self._switch(following)
-            turns = after is not None and after.tangent[1] * point.tangent[1] < 0
-            yield replace(following, turns=turns and implied is None)
-            if implied is not None:
-                yield replace(implied, turns=turns)
+            items, after = self._continue_after(following, point)
+            yield from items
             if after is None:
                 return
             point = after
         self.end = "most_points"
+
+    def _continue_after(
+        self, change: PathChange, point: PathPoint
+    ) -> tuple[list[PathChange | PathPoint], PathPoint | None]:
+        """Return what follows a point of the curve at a change, and the point from which it continues, if it does."""
+        items: list[PathChange | PathPoint]
+        if not self._smooth:
+            after = self._restart(point, change.optimum)
+            same = after is not None and np.array_equal(after.optimum.active.sides, point.optimum.active.sides)
+            items = [] if same else [change]  # multipliers that are not unique may vanish without a change
+            return [*items, *([after] if after is not None and after.sampled else [])], after
+        after, implied = self._switch(change)
+        turns = after is not None and after.tangent[1] * point.tangent[1] < 0
+        items = [replace(change, turns=turns and implied is None)]
+        return [*items, *([] if implied is None else [replace(implied, turns=turns)])], after
 
     def _is_at_end(self, point: PathPoint) -> bool:
         slack = 1e-13 * self.nlp.width
@@ -121,7 +145,8 @@ class PathFollower:
         """
         samples = self._samples_ahead(point)
         reached = samples[np.abs(samples - point.value) <= step * abs(point.tangent[1])]
-        for target in dict.fromkeys([*reached[-1:], *reached[:1]] or [None]):
+        targets = [*reached[-1:], *reached[:1]] if self._smooth else [*reached[:1]]
+        for target in dict.fromkeys(targets or [None]):
             following = self._take_step(point, step, target)
             filled = None if following is None else self._fill(point, following, samples)
             if filled is not None:
@@ -218,6 +243,9 @@ class PathFollower:
     def _is_between(self, before: KktLinearisation, optimum: KktLinearisation, after: KktLinearisation) -> bool:
         """Return whether a located point lies between two points of the curve, within rounding errors."""
         length = self._distance(before, after)
+        moves = [each.point.value - before.point.value for each in (optimum, after)]
+        if not self._smooth and moves[0] * moves[1] < 0:
+            return False
         return (
             self._distance(before, optimum) <= 1.01 * length + 1e-9
             and self._distance(optimum, after) <= 1.01 * length + 1e-9
@@ -265,6 +293,32 @@ class PathFollower:
         row, last = optimum.differentiate_margin(index)
         sign = math.copysign(1.0, float(row @ tangent[0]) + last * tangent[1])
         return PathPoint(optimum, (sign * tangent[0], sign * tangent[1])), implied
+
+    def _restart(
+        self, point: PathPoint, optimum: KktLinearisation, distances: Sequence[float] = DISTANCES
+    ) -> PathPoint | None:
+        """Return a point beyond an optimum in the direction of a point, at most the next sample; None without one."""
+        direction = math.copysign(1.0, point.tangent[1])
+        ahead = (self.samples - optimum.point.value) * direction
+        limit = float(self.samples[np.argmin(np.where(ahead > 1e-12 * self.nlp.width, ahead, np.inf))])
+        after = find_beyond(optimum, direction, limit, distances)
+        if after is None:
+            self.end = "no_convergence"
+            return None
+        return self._depart(after, direction, sampled=after.point.value == limit)
+
+    def _solve_again(self, point: PathPoint) -> PathPoint:
+        """Return a point after its sign changes are located again; the point itself if the solve fails."""
+        optimum = find_again(point.optimum, point.value, SAME_OPTIMUM)
+        direction = math.copysign(1.0, point.tangent[1])
+        return point if optimum is None else self._depart(optimum, direction, sampled=point.sampled)
+
+    def _depart(self, optimum: KktLinearisation, direction: float, *, sampled: bool) -> PathPoint:
+        """Return an optimum as the point from which the curve continues toward larger or smaller values."""
+        self.nlp = optimum.nlp
+        packed, last = find_tangent(optimum, self.metric)
+        sign = math.copysign(1.0, direction * last)
+        return PathPoint(optimum, (sign * packed, sign * last), sampled=sampled)
 
     def _exchange(self, optimum: KktLinearisation, entering: tuple[int, int]) -> PathChange | None:
         """Return the change of the constraint that leaves the active set as another one enters it; None if none does.

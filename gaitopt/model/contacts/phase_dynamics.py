@@ -108,7 +108,7 @@ class PhaseDynamics:
             friction = -self.mode.sign * self.friction(p) * force[1]
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
-        return ca.Function("balance", [state, acceleration, torque, p], [residual / self.weight(p), force])
+        return ca.Function("balance", [state, acceleration, torque, p], ca.cse([residual / self.weight(p), force]))
 
     def _inverse_dynamics(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the generalised forces that `acceleration` requires besides the torques, shape (n_q, 1)."""

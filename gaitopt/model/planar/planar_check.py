@@ -48,8 +48,9 @@ class PlanarCheck:
 
     Examples
     --------
-    >>> PlanarCheck(0.01, 1e-9, 1e-10, 0.0, 0.0).passed
-    True
+    >>> print(PlanarCheck(0.01, 1e-9, 1e-10, 0.0, 0.0))
+    passed; least eigenvalue of the mass matrix 1.0e-02; errors: energy 1.0e-09, contacts 1.0e-10, travel 0.0e+00, \
+mirror 0.0e+00
     """
 
     least_eigenvalue: float
@@ -58,6 +59,11 @@ class PlanarCheck:
     travel: float
     mirror: float
     faults: tuple[str, ...] = field(default=())
+
+    def __str__(self) -> str:
+        verdict = "passed" if self.passed else f"not passed: {' '.join(self.faults)}"
+        errors = ", ".join(f"{name} {getattr(self, name):.1e}" for name in ("energy", "contacts", "travel", "mirror"))
+        return f"{verdict}; least eigenvalue of the mass matrix {self.least_eigenvalue:.1e}; errors: {errors}"
 
     @property
     def passed(self) -> bool:

@@ -1,4 +1,4 @@
-"""Contacts that would close before the planned touchdown: a foot that swings through the ground while it is armed."""
+"""Contacts that would close before the planned touchdown: a foot that swings to the ground while it is armed."""
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -18,14 +18,18 @@ BISECTIONS = 40
 BELOW = 1e-9
 """Depth [m] from which a contact is below the ground."""
 
+GRAZING = 1e-6
+"""Largest gap [m] at which a free contact is on the ground."""
+
 
 def find_early_touchdowns(
     transcription: PlanarTranscription, values: dict[str, float], x: Array, clearance: float
 ) -> dict[int, float]:
     """Return the rows of the gaps that are negative after a contact has touched down too early, and their bounds.
 
-    A contact touches down if its gap falls through zero while its arming condition is positive.  The bounds are the
-    clearance, and decrease to zero in the last quarter of the phase.
+    A contact touches down if its gap falls through zero while its arming condition is positive; it is then below the
+    ground in the following phases, too, until its gap is positive.  The bounds are the clearance, and decrease to zero
+    in the last quarter of the phase.
 
     Parameters
     ----------
@@ -37,7 +41,7 @@ def find_early_touchdowns(
     clearance : float [m]
     """
     robot = transcription.structure.robot
-    rows: dict[int, float] = {}
+    rows, below = dict[int, float](), set[int]()
     p = robot.vector(values)
     for phase in transcription.phases:
         part, (q, v, _, _) = sample_phase(transcription, phase, x)
@@ -45,16 +49,50 @@ def find_early_touchdowns(
         curve = CubicHermiteSpline(duration * part, q, v, axis=1)
         gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
         for i in conditional_contacts(robot):
-            gap = gaps[i, :-1]
+            gap = gaps[i, :-1] if i in phase.closing() else gaps[i]
             if phase.state[i] is not Mode.FREE:
                 continue
             falling = np.flatnonzero((gap[:-1] > -BELOW) & (gap[1:] < -BELOW)).tolist()
             first = next((k for k in falling if _is_armed(robot, p, i, curve, curve.x[k : k + 2])), gap.size)
+            if i in below and gap[0] < -BELOW:
+                first = 0  # the first sample is the last one of the previous phase
             for k in range(first + 1, gap.size):
                 least = clearance * min(1, 4 * (1 - part[k]))
                 if gap[k] < least:
                     rows[_row_of(transcription, phase, i, k)] = least
+            if first < gap.size and gap[-1] < -BELOW:
+                below.add(i)
     return rows
+
+
+def find_grazing_contacts(
+    transcription: PlanarTranscription, values: dict[str, float], x: Array
+) -> list[tuple[str, GridPhase]]:
+    """Return the free contacts, and their phases, that are on the ground while armed, without falling through it.
+
+    The least gap between a lift-off and a touchdown is then zero, so that a replay may end the step there.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    """
+    robot, grazing = transcription.structure.robot, list[tuple[str, GridPhase]]()
+    p = robot.vector(values)
+    for phase in transcription.phases:
+        part, (q, v, _, _) = sample_phase(transcription, phase, x)
+        gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
+        for i in conditional_contacts(robot):
+            gap, end = gaps[i], -1 if i in phase.closing() else None
+            is_least = (gap <= np.append(np.inf, gap[:-1])) & (gap <= np.append(gap[1:], np.inf))
+            least = np.flatnonzero((is_least & (np.abs(gap) < GRAZING))[:end])
+            armed = any(k > 0 and float(robot.arming(q[:, k], v[:, k], p)[i]) > 0 for k in least.tolist())
+            if phase.state[i] is Mode.FREE and armed:
+                grazing.append((robot.contact_names[i], phase))
+    return grazing
 
 
 def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpline, span: Array) -> bool:
@@ -69,9 +107,11 @@ def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpl
 
 def _row_of(transcription: PlanarTranscription, phase: GridPhase, contact: int, sample: int) -> int:
     """Return the row of the gap of a contact at a sample of a phase."""
-    robot, table = transcription.structure.robot, (Group.INTERVAL, phase.number)
+    layout, name = transcription.constraints, transcription.structure.robot.contact_names[contact]
     interval, inner = divmod(sample, transcription.structure.scheme.points - 1)
-    layout, name = transcription.constraints, robot.contact_names[contact]
+    table = (Group.INTERVAL, phase.number)
+    if interval == phase.count:
+        table, interval = (Group.END, phase.number), 0
     place = next(
         i for i, key in enumerate(layout.rows[table]) if key.kind is Kind.GAP and key.of == name and key.inner == inner
     )

@@ -16,7 +16,7 @@ from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.free_parameters import (
     Ends,
     clip_values,
-    fields_of_fixed,
+    fix_free_parameters,
     list_corners,
     read_bounds,
     separate_targets,
@@ -154,7 +154,7 @@ class PlanarProblem:
         >>> problem.fix_parameters({"body_mass": 8.0}).values["body_mass"]
         8.0
         """
-        return self.replace(**fields_of_fixed(values, self.parameters, self.free))
+        return self.replace(**fix_free_parameters(values, self.parameters, self.free))
 
     @property
     def values(self) -> dict[str, float]:

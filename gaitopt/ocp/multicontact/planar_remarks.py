@@ -1,18 +1,28 @@
 """Remarks on a plan of a robot with several contacts: why it is inaccurate, and phases of minimum duration."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
-from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.keys import Place, Unknown
+
+ACTIVE = 1e-4
+"""Relative distance from its lower bound within which a normal force is at this bound."""
+
+REPLAYABLE = 1e-6
+"""Error between nodes up to which a replay may pass: the tolerance of its last state."""
 
 
-def report_inaccuracy(transcription: PlanarTranscription, problem: PlanarProblem, errors: Array, ending: str) -> str:
-    """Return a sentence that states in which phase a plan is inaccurate, and how its refinement ended.
+def report_inaccuracy(
+    transcription: PlanarTranscription, problem: PlanarProblem, errors: Array, ending: str, contacts: Sequence[str] = ()
+) -> str:
+    """Return a sentence that states in which phase a plan is inaccurate, how its refinement ended, and a remedy.
 
     Parameters
     ----------
@@ -22,32 +32,106 @@ def report_inaccuracy(transcription: PlanarTranscription, problem: PlanarProblem
         Error between nodes of each phase.
     ending : str
         How the solve on a finer grid ended; empty if there was none.
+    contacts : sequence of str
+        Contacts whose normal force is at its lower bound in the least accurate phase.
     """
-    worst = transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]
+    worst, margins = find_worst_phase(transcription, errors), problem.margins
+    error = float(errors[worst.number])
     reason = f"a finer grid has no solution ({ending})" if ending else "the grid is not refined further"
+    remedy = (
+        "use more intervals in this phase, a guess near a plausible motion, or PlanarLimits.coordinate, which excludes "
+        "postures outside its ranges."
+    )
+    if contacts:
+        remedy = (
+            f"the normal force of {' and '.join(contacts)} is at its lower bound in this phase, where torques and "
+            "forces may change within one interval of any grid. Use "
+            f"{'Collocation(tolerance=1e-6) if the plan then passes its replay, ' if error <= REPLAYABLE else ''}"
+            f"larger margins, such as Margins(normal_force={max(2 * margins.normal_force, 0.02):g}, separation="
+            f"{max(10 * margins.separation, 0.01):g}), or another guess."
+        )
     return (
-        f"the error between nodes of {worst.place().label} is {errors[worst.number]:.1e} on {worst.count} intervals, "
-        f"but the tolerance is {problem.transcription.tolerance:.1e}, and {reason}: use more intervals in this phase, "
-        "a guess near a plausible motion, or PlanarLimits.coordinate, which excludes postures outside its ranges."
+        f"the error between nodes of {worst.place().label} is {error:.1e} on {worst.count} intervals, "
+        f"but the tolerance is {problem.transcription.tolerance:.1e}, and {reason}: {remedy}"
     )
 
 
-def report_early_touchdowns(transcription: PlanarTranscription, rows: Mapping[int, float]) -> tuple[str, ...]:
+def find_worst_phase(transcription: PlanarTranscription, errors: Array) -> GridPhase:
+    """Return the phase with the largest error between nodes, of the errors (n_phases,) of all phases."""
+    return transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]
+
+
+def find_least_forces(transcription: PlanarTranscription, phase: GridPhase, bounds: Bounds, x: Array) -> list[str]:
+    """Return the contacts whose normal force is at its lower bound at a node or inner point of a phase.
+
+    Values that both bounds fix, such as the force at lift-off, do not count.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    phase : GridPhase
+    bounds : Bounds
+    x : (n_variables,) array
+        Decision vector.
+    """
+    robot, layout, closed = transcription.structure.robot, transcription.variables, phase.system.closed
+    nodes, inner = layout[Unknown.ACCELERATION, phase.number], layout[Unknown.INNER_ACCELERATION, phase.number]
+    scale, contacts = np.abs(x[nodes[robot.n_q : robot.n_q + len(closed)]]).max(initial=0.0), list[str]()
+    for k, i in enumerate(closed, start=robot.n_q):
+        places = np.concatenate([nodes[k], inner[k :: nodes.shape[0]].ravel()])
+        lower = bounds.x_lower[places]
+        free = lower < bounds.x_upper[places]
+        if np.any(x[places][free] - lower[free] <= ACTIVE * scale):
+            contacts.append(robot.contact_names[i])
+    return contacts
+
+
+def report_early_touchdowns(
+    transcription: PlanarTranscription, rows: Mapping[int, float], x: Array, g: Array
+) -> tuple[str, ...]:
     """Return a sentence for each contact that touches the ground before its planned touchdown.
 
     Parameters
     ----------
     transcription : PlanarTranscription
     rows : mapping of int to float
-        As :func:`~gaitopt.ocp.multicontact.early_touchdown.find_early_touchdowns` returns them.
+        As :func:`~gaitopt.ocp.multicontact.early_touchdown.find_early_touchdowns` returns them, in order of time.
+    x, g : (n_variables,), (n_constraints,) arrays
+        Unknowns and rows of the plan.
     """
-    entries = [transcription.constraints.entries[row] for row in rows]
-    sections = dict.fromkeys((key.of, replace(place, node=None, between=False)) for place, key in entries)
+    sections: dict[tuple[str, Place], list[int]] = {}
+    for row in rows:
+        place, key = transcription.constraints.entries[row]
+        sections.setdefault((key.of, replace(place, node=None, between=False)), []).append(row)
     return tuple(
-        f"contact {contact!r} touches the ground in {place.label}, before its planned touchdown, and a replay ends the "
-        "step there: arm it later (`armed` of the contact), or change PlanarLimits.clearance, step length or speed."
-        for contact, place in sections
+        f"contact {contact!r} touches the ground in {place.label}, at {_time_of(transcription, members[0], x):.4g} s, "
+        f"before its planned touchdown, with a least gap of {float(g[members].min()):.2g}, and a replay ends the step "
+        "there: arm it later (`armed` of the contact), or change PlanarLimits.clearance, step length or speed."
+        for (contact, place), members in sections.items()
     )
+
+
+def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[str, ...]:
+    """Return a sentence for each armed contact that is on the ground in the middle of a phase in which it is free.
+
+    Parameters
+    ----------
+    grazing : sequence of (str, GridPhase)
+        From :func:`~gaitopt.ocp.multicontact.early_touchdown.find_grazing_contacts`.
+    """
+    return tuple(
+        f"contact {contact!r} is on the ground and armed in {phase.place().label}, before its planned touchdown, so a "
+        "replay may end the step there: arm it later (`armed` of the contact), or use a larger PlanarLimits.clearance."
+        for contact, phase in grazing
+    )
+
+
+def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:
+    """Return the time of a row of an interval, from the start of the period [s]."""
+    place, key = transcription.constraints.entries[row]
+    durations, number = x[transcription.variables[Unknown.DURATION][0]], place.phase or 0
+    part = (place.node or 0) + float(transcription.structure.scheme.fractions[key.inner])
+    return float(durations[:number].sum() + durations[number] * part / transcription.phases[number].count)
 
 
 def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
-from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
@@ -26,7 +26,14 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_remarks import report_early_touchdowns, report_inaccuracy, report_shortest_phases
+from gaitopt.ocp.multicontact.planar_remarks import (
+    find_least_forces,
+    find_worst_phase,
+    report_early_touchdowns,
+    report_grazing_contacts,
+    report_inaccuracy,
+    report_shortest_phases,
+)
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -181,13 +188,17 @@ class GridResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Why the plan is inaccurate, and phases of minimum duration, one sentence each."""
+        """Why the plan is inaccurate or its replay may fail, and phases of minimum duration, one sentence each."""
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
-        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns)]
+        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
+        grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
+        remarks += report_grazing_contacts(grazing if not remarks else ())
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
-            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending))
+            phase = find_worst_phase(self.transcription, self.errors)
+            contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
+            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
         return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
 
 

@@ -11,7 +11,7 @@ from gaitopt.ocp.multicontact.planar_point import count_solution
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
-from gaitopt.ocp.statement.free_parameters import fields_of_fixed
+from gaitopt.ocp.statement.free_parameters import fix_free_parameters
 
 TYPICAL_STEP = 0.4
 """Step length [m] of the guess if it is free."""
@@ -79,7 +79,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
 def _start_parameters(problem: PlanarProblem) -> PlanarProblem:
     """Return a problem whose free parameters have the values of its guess, if it has some."""
     known = {name: value for name, value in problem.guess.parameters.items() if name in problem.free}
-    return problem.replace(**fields_of_fixed(known, problem.parameters, {}) | {"free": problem.free})
+    return problem.replace(**fix_free_parameters(known, problem.parameters, {}) | {"free": problem.free})
 
 
 def _set_accelerations(

@@ -54,6 +54,8 @@ class Block:
         Indices of these data in the data vector.
     intermediates, definitions : SX, shape (i, 1)
         Symbols in cost, penalty and constraints that stand for functions of the local variables, and these functions.
+    merged : bool
+        Whether there are few common subexpressions, so that it would take longer to search for them than they cost.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Block:
     places: Index = field(default_factory=lambda: np.empty((0, 0), dtype=np.intp))
     intermediates: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     definitions: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    merged: bool = False
 
     @property
     def minimised(self) -> ca.SX | None:
@@ -82,6 +85,8 @@ class Block:
 
     def merge_subexpressions(self) -> "Block":
         """Return the block with common subexpressions merged, before its derivatives are built."""
+        if self.merged:
+            return self
         names = ("constraints", "cost", "penalty", "definitions")
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
         return replace(self, **dict(zip(parts, ca.cse(list(parts.values())), strict=True)))
@@ -206,7 +211,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
     if len(single) < 2:
         return list(blocks)
     tables = ("columns", "rows", "constants", "places")
-    stacked = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
+    stacked: dict[str, Any] = {name: np.vstack([getattr(b, name).reshape(-1, 1) for b in single]) for name in tables}
     expressions = ("variables", "constraints", "symbols", "numbers", "intermediates", "definitions")
     joined = {name: stack([getattr(block, name) for block in single]) for name in expressions}
     sums: dict[str, Any] = {}

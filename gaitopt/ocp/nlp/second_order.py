@@ -191,15 +191,22 @@ class _Conditions:
         )
 
     def _decreases(self, hessian: SparseMatrix, basis: Array, least: float) -> bool:
-        """Return whether the cost decreases along a direction of negative curvature, up to the next constraint."""
-        with defer_interrupt():
-            slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
+        """Return whether the cost decreases along a direction of negative curvature, up to the next constraint.
+
+        The slope follows from the multipliers of the constraints that may become inactive.  Where gradients are almost
+        dependent, multipliers are large and a direction satisfies the other constraints with an error; the decrease
+        must exceed what this error may add.
+        """
         curvatures, vectors = np.linalg.eigh(basis.T @ hessian.times(basis))
+        fixed = self.equal | self.strong
         for curvature, vector in zip(curvatures, vectors.T, strict=True):
             direction = basis @ vector
-            for way in (direction, -direction) if curvature < -least else ():
-                reach = min(self._reach(way), REACH / float(np.max(np.abs(way))))
-                if reach * (slope @ (self.sizes * way) + curvature * reach / 2) < -LEAST_DECREASE:
+            prices = self.multipliers * self.gradients.times(self.sizes * direction)
+            error = float(np.sum(np.abs(prices[fixed])))
+            for way in (1, -1) if curvature < -least else ():
+                reach = min(self._reach(way * direction), REACH / float(np.max(np.abs(direction))))
+                slope = -way * float(np.sum(prices[~fixed])) + error
+                if reach * (slope + curvature * reach / 2) < -LEAST_DECREASE:
                     return True
         return False
 

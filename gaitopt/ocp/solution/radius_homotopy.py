@@ -10,15 +10,16 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.mesh_refinement import find_coarsest_grid
 from gaitopt.ocp.solution.radius_conflict import measure_planned_radius
 from gaitopt.ocp.solution.single_start import solve_from_start
+from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
-FIRST_STEP = 0.35
+FIRST_STEP = 0.21
 """First decrease of the bound, relative to the distance of the radius of the first gait from the requested bound."""
 
-GROWTH, SHRINKAGE = 1.5, 0.5
-"""Factors of the decrease after a solve that converges, and after one that does not."""
+SHRINKAGE = 0.5
+"""Factor of the decrease after a solve that does not converge."""
 
 MOST_FAILURES = 2
 """Number of solves that do not converge after which the approach ends."""
@@ -26,6 +27,9 @@ MOST_FAILURES = 2
 
 def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observer: Observer) -> Gait | None:
     """Return a gait on the coarsest grid that meets the bound on the spectral radius, or None if none is reached.
+
+    A non-smooth objective is replaced by the squared torques: with the absolute work, many of these solves do not
+    converge.
 
     Parameters
     ----------
@@ -43,7 +47,9 @@ def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observe
     radius = measure_planned_radius(problem, gait)
     if not bound.radius < radius < math.inf:
         return None
-    problem = problem.replace(transcription=evolve(find_coarsest_grid(problem), tolerance=math.inf))
+    objective = problem.objective if problem.objective.smooth else TorqueSquared()
+    grid = evolve(find_coarsest_grid(problem), tolerance=math.inf)
+    problem = problem.replace(transcription=grid, objective=objective)
     step, failures = FIRST_STEP * (radius - bound.radius), 0
     while radius > bound.radius and failures < MOST_FAILURES:
         following = max(bound.radius, radius - step)
@@ -52,7 +58,7 @@ def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observe
         if nearer.status is Status.INTERRUPTED:
             return None
         if nearer.status.ok:
-            gait, radius, step = nearer, following, GROWTH * step
+            gait, radius = nearer, following
         else:
-            failures, step = failures + 1, SHRINKAGE * step
+            failures, step = failures + 1, SHRINKAGE * (radius - following)
     return gait if radius <= bound.radius else None

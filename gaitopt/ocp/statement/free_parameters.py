@@ -121,7 +121,7 @@ def clip_values(values: Mapping[str, float], free: Mapping[str, Ends]) -> dict[s
     }
 
 
-def fields_of_fixed(
+def fix_free_parameters(
     values: Mapping[str, float], parameters: Mapping[str, float], free: Mapping[str, Ends]
 ) -> dict[str, Any]:
     """Return the fields of a problem in which some parameters of robot and ground, free or not, are fixed.
@@ -137,7 +137,7 @@ def fields_of_fixed(
 
     Examples
     --------
-    >>> fields_of_fixed({"mass": 2.0, "slope": 0.1}, {"mass": 1.0}, {"mass": (1.0, 5.0)})
+    >>> fix_free_parameters({"mass": 2.0, "slope": 0.1}, {"mass": 1.0}, {"mass": (1.0, 5.0)})
     {'parameters': {'mass': 2.0}, 'free': {}, 'slope': 0.1}
     """
     ground = {name: values[name] for name in ("slope", "friction") if name in values}

@@ -40,6 +40,7 @@ class Lobatto(Scheme):
     """
 
     points: int = 4
+    merged = True
 
     @property
     def inner(self) -> tuple[float, ...]:  # type: ignore[override]

@@ -267,6 +267,8 @@ class BlockVariables:
         rows: Index,
         cost: ca.SX | None = None,
         penalty: ca.SX | None = None,
+        *,
+        merged: bool = False,
     ) -> Block:
         """Return the finished block.
 
@@ -277,6 +279,8 @@ class BlockVariables:
         rows : (m, count) int array
             Indices of the constraints.
         cost, penalty : SX, optional
+        merged : bool
+            Whether there are few common subexpressions.
         """
         return Block(
             name=name,
@@ -292,6 +296,7 @@ class BlockVariables:
             places=np.vstack(self._places) if self._places else np.empty((0, self.count), dtype=np.intp),
             intermediates=stack(self._intermediates),
             definitions=stack(self._definitions),
+            merged=merged,
         )
 
 

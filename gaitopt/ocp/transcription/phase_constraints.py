@@ -112,7 +112,8 @@ class _Intervals:
         if builder.objective.per_weight_and_travel:
             values.append(relative)
             rows = np.vstack([rows, np.full(phase.count, builder.integral_row())])
-        return local.block(f"interval_{phase.number}", ca.vertcat(*values), rows, plain, self.penalty)
+        merged = builder.scheme.merged
+        return local.block(f"interval_{phase.number}", stack(values), rows, plain, self.penalty, merged=merged)
 
     def _split_powers(self) -> list[ca.SX]:
         """Return the unknown parts of the powers, empty at the nodes if the scheme is not nodal."""

@@ -59,11 +59,14 @@ class Scheme(ABC):
         constraints apply at the inner points.
     inner_table : Unknown
         Table of the unknowns inside the intervals.
+    merged : bool
+        Whether the equations of an interval have few common subexpressions, so that the NLP need not merge them.
     """
 
     inner: tuple[float, ...]
     nodal: bool = True
     inner_table: Unknown = Unknown.INNER_ACCELERATION
+    merged: bool = False
 
     @abstractmethod
     def node_unknowns(self, dynamics: PhaseDynamics) -> tuple[Key, ...]:

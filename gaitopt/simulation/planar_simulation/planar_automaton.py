@@ -52,6 +52,8 @@ class PlanarAutomaton:
         By default a plane.
     tolerance : float
         Relative tolerance of the integration.
+    samples : int, optional
+        Largest number of samples of a phase; a longer one counts as failed.
 
     Raises
     ------
@@ -67,7 +69,9 @@ class PlanarAutomaton:
         terrain: Terrain | None = None,
         *,
         tolerance: float = RELATIVE,
+        samples: int | None = None,
     ) -> None:
+        self._samples = samples
         self.robot, self.values, self.terrain, self._tolerance = robot, dict(values), terrain, tolerance
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
@@ -152,6 +156,8 @@ class PlanarAutomaton:
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
+                if self._samples is not None and len(times) > self._samples:
+                    return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
                 short = short + 1 if integrator.t - integrator.t_old < SHORT_STEP else 0
                 size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
                 if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:

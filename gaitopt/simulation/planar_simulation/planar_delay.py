@@ -24,7 +24,14 @@ from gaitopt.simulation.planar_simulation.planar_torque import (
     TorqueSource,
     make_torque,
 )
-from gaitopt.simulation.planar_simulation.planar_walker import LONGEST, NO_STEP, TOLERANCE, PlanarStride, exchange_legs
+from gaitopt.simulation.planar_simulation.planar_walker import (
+    LONGEST,
+    NO_STEP,
+    SAMPLES,
+    TOLERANCE,
+    PlanarStride,
+    exchange_legs,
+)
 from gaitopt.status import Stop
 
 READINGS = 4
@@ -34,7 +41,7 @@ SIMULTANEOUS = 1e-12
 """Times that differ by less than this are equal [s]."""
 
 
-class _Reading(NamedTuple):
+class _PlanarReading(NamedTuple):
     """A state (q, v) and its time of arrival; a reading of the section also contains the values latched by the law."""
 
     arrival: float
@@ -103,8 +110,8 @@ class DelayedPlanarWalker:
     ) -> None:
         self._robot, self._section, self._duration, self._delay = robot, section, LONGEST * period, delay
         self._source = _ReadSource(make_torque(robot, law))
-        self._automaton = PlanarAutomaton(robot, parameters, self._source, tolerance=TOLERANCE)
-        self._pending = deque[_Reading]()
+        self._automaton = PlanarAutomaton(robot, parameters, self._source, tolerance=TOLERANCE, samples=SAMPLES)
+        self._pending = deque[_PlanarReading]()
         self._latched: tuple[float, ...] | None = None
         self._next = 0.0
 
@@ -127,7 +134,7 @@ class DelayedPlanarWalker:
         state = self._automaton.restart(state)
         latched = () if state.memory is None else state.memory.latched
         self._next = self._delay / READINGS
-        self._pending.append(_Reading(self._delay, state.q, state.v, latched))
+        self._pending.append(_PlanarReading(self._delay, state.q, state.v, latched))
         if self._latched is None:
             self._source.q, self._source.v, self._latched = state.q, state.v, latched
         return _latch(state, self._latched)
@@ -135,7 +142,7 @@ class DelayedPlanarWalker:
     def _update_reading(self, state: PlanarState) -> PlanarState:
         """Apply the readings that have arrived, and take a new reading if one is due."""
         if self._next <= state.time + SIMULTANEOUS:
-            self._pending.append(_Reading(state.time + self._delay, state.q, state.v, None))
+            self._pending.append(_PlanarReading(state.time + self._delay, state.q, state.v, None))
             self._next = state.time + self._delay / READINGS
         while self._pending and self._pending[0].arrival <= state.time + SIMULTANEOUS:
             reading = self._pending.popleft()
@@ -152,7 +159,7 @@ class DelayedPlanarWalker:
         matrix = np.eye(self._robot.n_q) if self._robot.mirror is None else self._robot.mirror.coordinates
         self._source.q, self._source.v = matrix @ self._source.q, matrix @ self._source.v
         self._pending = deque(
-            _Reading(reading.arrival - rollout.end.time, matrix @ reading.q, matrix @ reading.v, reading.latched)
+            _PlanarReading(reading.arrival - rollout.end.time, matrix @ reading.q, matrix @ reading.v, reading.latched)
             for reading in self._pending
         )
         return PlanarStride(rollout, None, exchange_legs(rollout.end, self._robot.mirror))

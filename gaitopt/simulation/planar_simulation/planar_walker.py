@@ -20,6 +20,10 @@ TOLERANCE = 1e-8
 """Relative tolerance of the integration of a walk, which is simulated for many steps or from many states."""
 
 
+SAMPLES = 5000
+"""Largest number of samples of a phase of a walk, about ten times that of a gait: the robot then spins or chatters."""
+
+
 class PlanarStride(NamedTuple):
     """One step: its motion, and the state after it or the reason why it has none.
 
@@ -63,7 +67,7 @@ class PlanarWalker:
         period: float,
     ) -> None:
         self.robot, self.section, self.duration = robot, section, LONGEST * period
-        self.automaton = PlanarAutomaton(robot, parameters, torque, tolerance=TOLERANCE)
+        self.automaton = PlanarAutomaton(robot, parameters, torque, tolerance=TOLERANCE, samples=SAMPLES)
 
     def stride(self, state: PlanarState) -> PlanarStride:
         """Simulate one step from a state right after the section and the exchange of the legs."""

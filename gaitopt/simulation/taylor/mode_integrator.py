@@ -36,6 +36,8 @@ TOUCHDOWN_TOLERANCE = 1e-13
 LIMIT_TOLERANCE = 1e-7
 """A torque within this distance [N m] of its limit counts as at its limit: it is known to about 1e-9 only, since the
 expressions of the integrator are summed in another order than those of the law."""
+DERIVATIVE_TOLERANCE = 1e-12
+"""Smallest relative truncation error of a step of the variational equations, whose cost grows with the order."""
 MAX_TAYLOR_STEPS = 10_000
 """Maximum number of Taylor steps between two checks that the integrator makes progress."""
 
@@ -87,7 +89,8 @@ class ModeIntegrator:
     @functools.cached_property
     def variations(self) -> VariationalProgram:
         """Integrator of the motion and its derivatives, without events."""
-        return program_with_variations(self.loop.robot, self.equations.mode, self.control, self._tolerance, get_ident())
+        tolerance = max(self._tolerance, DERIVATIVE_TOLERANCE)
+        return program_with_variations(self.loop.robot, self.equations.mode, self.control, tolerance, get_ident())
 
     def intervals(self, clock: float, state: Array, until: float) -> Iterator[tuple[Array, float, float, Array | None]]:
         """Yield data, begin, end and jump of each interval between two clock times.

@@ -1,6 +1,8 @@
 """Attractors: a walk is simulated step by step until it repeats or fails."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from attrs import field, frozen
@@ -12,6 +14,10 @@ from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Stride, Walker
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
+
+if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarStride, PlanarWalker
 
 UNSETTLED = "unsettled"
 
@@ -74,26 +80,70 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
         Coordinates of ``Section(robot, p, sliding=True)``.
     patience : SettlingCriterion, optional
     """
-    patience = patience or SettlingCriterion()
     section = Section(walker.robot, walker.p, sliding=True)
-    state, places = section.embed(z), section.places
-    # Floats are much faster than arrays for a few numbers.
-    point, strides = state[places].tolist(), list[Stride]()
+    walk = _StepWalk(walker.stride, lambda state: state[section.places].tolist(), _repeats, _sequence_of)
+    return _follow_walk(walk, section.embed(z), patience or SettlingCriterion())
+
+
+def classify_planar_walk(
+    walker: "PlanarWalker", start: "PlanarState", kept: list[int], patience: SettlingCriterion
+) -> WalkEnding:
+    """Walk a robot with several contacts until it repeats, fails, or reaches the maximum number of steps.
+
+    Parameters
+    ----------
+    walker : PlanarWalker
+    start : PlanarState
+        State right after the section.
+    kept : list of int
+        Entries of the state (q, v) that repeat in a gait: all but the place along the ground.
+    patience : SettlingCriterion
+    """
+    walk = _StepWalk(walker.stride, lambda state: state.y[kept].tolist(), _are_close, _planar_sequence_of)
+    return _follow_walk(walk, start, patience)
+
+
+class _StepWalk(NamedTuple):
+    """How a walk takes steps, and how they are compared.
+
+    Attributes
+    ----------
+    stride : callable
+        State -> step with its `following` state and its `stop`.
+    point : callable
+        State -> list of its coordinates; floats are much faster than arrays for a few numbers.
+    repeats : callable
+        (point, a later one, step, tolerance) -> whether they are equal.
+    sequence : callable
+        Step -> its contact sequence, or None.
+    """
+
+    stride: Callable[[Any], Any]
+    point: Callable[[Any], list[float]]
+    repeats: Callable[[list[float], list[float], Any, float], bool]
+    sequence: Callable[[Any], str | None]
+
+
+def _follow_walk(walk: _StepWalk, state: Any, patience: SettlingCriterion) -> WalkEnding:
+    """Walk from a state until it repeats, fails, or reaches the maximum number of steps."""
+    point, strides = walk.point(state), list[Any]()
     points, calm, tolerance = [point], [0] * (patience.longest_period + 1), patience.tolerance
     for step in range(1, patience.steps + 1):
-        stride = walker.stride(state)
+        stride = walk.stride(state)
         if stride.following is None:
             return WalkEnding(stride.stop.key if stride.stop else UNSETTLED, np.array(point), step)
-        state, point = stride.following, stride.following[places].tolist()
+        state = stride.following
+        point = walk.point(state)
         for period in range(1, min(step, patience.longest_period) + 1):
             before = points[-period]
             # The first coordinate shows that most walks do not repeat.
-            if abs(point[0] - before[0]) > tolerance or not _repeats(before, point, stride, tolerance):
+            if abs(point[0] - before[0]) > tolerance or not walk.repeats(before, point, stride, tolerance):
                 calm[period] = 0
                 continue
             calm[period] += 1
             if calm[period] == 2 * period:
-                return WalkEnding(_label([*strides, stride][-period:]), np.array(point), step)
+                label = _label([walk.sequence(each) for each in [*strides, stride][-period:]])
+                return WalkEnding(label, np.array(point), step)
         points.append(point)
         strides.append(stride)
     return WalkEnding(UNSETTLED, np.array(point), patience.steps)
@@ -105,14 +155,25 @@ def _repeats(before: list[float], after: list[float], stride: Stride, tolerance:
         if (after[-1] - before[-1]) * after[-1] <= 0:
             return False
         before, after = before[:-1], after[:-1]
+    return _are_close(before, after, stride, tolerance)
+
+
+def _are_close(before: list[float], after: list[float], stride: Any, tolerance: float) -> bool:
+    """Return whether two points are equal."""
     return all(abs(a - b) <= tolerance for a, b in zip(after, before, strict=True))
 
 
-def _label(strides: list[Stride]) -> str:
+def _sequence_of(stride: Stride) -> str | None:
+    """Return the contact sequence of a step."""
+    return str(ContactSequence(stride.modes, stride.impact.mode)) if stride.impact and stride.impact.mode else None
+
+
+def _planar_sequence_of(stride: "PlanarStride") -> str:
+    """Return the contact sequence of a step; labels contain no commas."""
+    return stride.rollout.motion.sequence.replace(", ", " and ")
+
+
+def _label(sequences: list[str | None]) -> str:
     """Return the contact sequences of a period, starting with the first in alphabetical order."""
-    sequences = [
-        str(ContactSequence(stride.modes, stride.impact.mode))
-        for stride in strides
-        if stride.impact and stride.impact.mode
-    ]
-    return "; ".join(min(sequences[i:] + sequences[:i] for i in range(len(sequences))))
+    known = [sequence for sequence in sequences if sequence is not None]
+    return "; ".join(min(known[i:] + known[:i] for i in range(len(known))))

@@ -9,19 +9,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.control.law import Law, passive
+from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import Parameter
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.study.basins.attractor import SettlingCriterion
 from gaitopt.study.basins.basin_file import PENDING, basin_key, endings_of, load_basin
 from gaitopt.study.basins.basin_record import BasinRecord
+from gaitopt.study.basins.basin_source import make_source
 from gaitopt.study.basins.basin_walk import BasinWalk, axis_values_of, walk_over, walk_starts
 from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import import_packages
@@ -36,11 +39,11 @@ CHUNK = 200
 
 @check_arguments
 def basin(
-    robot: Robot,
+    robot: Robot | PlanarWalkProblem | PlanarGait,
     fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float] | Array],
     *,
-    law: Law | None = None,
+    law: Law | PlanarLaw | None = None,
     patience: SettlingCriterion | None = None,
     engine: Engine | None = None,
     execution: Execution | None = None,
@@ -50,17 +53,21 @@ def basin(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, PlanarWalkProblem or PlanarGait
+        For a robot with several contacts, the walking problem or the optimised gait whose periodic gait completes the
+        starts.
     fixed : mapping of str to float
         Parameters of robot and ground, and coordinates of the start, that do not vary.  Parameters not named keep their
-        defaults, coordinates not named are 0.
+        defaults, coordinates not named are 0.  For a robot with several contacts they keep the values of its gait, from
+        which coordinates change as little as possible such that the feet stand on the ground.
     axes : mapping of str to sequence of float
         One or two names with their values: coordinates of the section after touchdown (``th1``, ``theta_rate``,
         ``foot_speed``, ...) or parameters (``slope``, ``friction``, ...).
-    law : Law, optional
-        Passive by default.
+    law : Law or PlanarLaw, optional
+        Passive by default; a PlanarGait replays its torques.
     patience : SettlingCriterion, optional
     engine : Engine, optional
+        Of a robot with one foot on the ground.
     execution : Execution, optional
         Workers, and the observer of (starts done, starts in all); this process alone by default.
     path : str or Path, optional
@@ -91,8 +98,8 @@ def basin(
     ['fell', 'stick | stick', 'lift_off']
     """
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
-    law, execution, path = law or passive(robot), execution or Execution(), None if path is None else Path(path)
-    walk = walk_over(robot, fixed, values, law, patience or SettlingCriterion(), engine or default_engine(law, robot))
+    execution, path = execution or Execution(), None if path is None else Path(path)
+    walk = walk_over(make_source(robot, law, engine), fixed, values, patience or SettlingCriterion())
     if path is None:
         return _compute_basin(walk, execution, None)
     with lock_study(path):
@@ -118,11 +125,11 @@ def _compute_basin(walk: BasinWalk, execution: Execution, path: Path | None) -> 
 
 @check_arguments
 def locate_basin_edges(
-    robot: Robot,
+    robot: Robot | PlanarWalkProblem | PlanarGait,
     fixed: Mapping[str, float],
     axes: Mapping[str, Sequence[float] | Array],
     *,
-    law: Law | None = None,
+    law: Law | PlanarLaw | None = None,
     tolerance: float = 1e-9,
     patience: SettlingCriterion | None = None,
     engine: Engine | None = None,
@@ -159,12 +166,10 @@ def locate_basin_edges(
     if len(axes) != 1:
         raise InputError(f"The edges of a basin require one axis, got {len(axes)}: {', '.join(axes) or 'none'}.")
     ((name, values),) = axes.items()
-    points, law = axis_values_of(name, values), law or passive(robot)
+    points = axis_values_of(name, values)
     if points.size < 2 or np.any(np.diff(points) <= 0):
         raise InputError(f"The axis {name!r} needs increasing values, at least two, got {points.tolist()}.")
-    walk = walk_over(
-        robot, fixed, {name: points}, law, patience or SettlingCriterion(), engine or default_engine(law, robot)
-    )
+    walk = walk_over(make_source(robot, law, engine), fixed, {name: points}, patience or SettlingCriterion())
 
     def ending(value: float) -> str:
         return next(walk.endings([(value,)])).label

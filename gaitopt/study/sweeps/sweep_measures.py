@@ -17,7 +17,7 @@ from gaitopt.study.gait_metrics import MEASURES, GaitMetric
 from gaitopt.study.planar_metrics import CONTACT_MEASURES, PLANAR_MEASURES
 from gaitopt.study.sequence_search.planar_search import judge_planar_gait
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits
-from gaitopt.study.stability_metrics import measure_multipliers, measure_recovery
+from gaitopt.study.stability_metrics import measure_multipliers, measure_recovered_push
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def _measure_gait(measures: tuple[Measure, ...], gait: Any) -> dict[str, Any]:
         if isinstance(measure, GaitMetric):
             values[measure.name] = float(measure.read(gait))
         else:
-            values[measure] = measure_multipliers(gait) if measure == STABILITY else measure_recovery(gait)
+            values[measure] = measure_multipliers(gait) if measure == STABILITY else measure_recovered_push(gait)
     return values
 
 

@@ -15,7 +15,7 @@ from gaitopt.ocp.statement.instant import StepBoundary
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.statement.stability_bound import StabilityBound
 from gaitopt.study.gait_metrics import peak_torques
-from gaitopt.study.stability_metrics import measure_radius, measure_recovery
+from gaitopt.study.stability_metrics import measure_radius, measure_recovered_push
 
 COST = "cost"
 """Name of the objective of the problem."""
@@ -173,7 +173,9 @@ QUANTITIES = {
         Quantity(
             "spectral_radius", "1", "spectral radius of the return map in open loop", 1, measure_radius, restrict_radius
         ),
-        Quantity("recovered_push", "rad/s", "largest ball of recovered pushes in open loop", -1, measure_recovery),
+        Quantity(
+            "recovered_push", "rad/s", "largest ball of recovered pushes in open loop", -1, measure_recovered_push
+        ),
     )
 }
 """Quantities by name."""

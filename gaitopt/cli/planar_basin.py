@@ -1,0 +1,66 @@
+"""Basins of robots with several contacts."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gaitopt.cli.inputs import Request
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.motion.motion import Array
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+
+def read_planar_subject(request: "Request") -> "PlanarWalkProblem | PlanarGait | None":
+    """Return the walking problem or the optimised gait of a robot with several contacts; None for any other input.
+
+    Raises
+    ------
+    InputError
+        If an option does not apply to the source, or the gait is not a solution.
+    """
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar
+    from gaitopt.cli.planar_walks import check_planar_engine
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+    stated = request.stated if request.is_script else request.gait
+    if optimises_planar(stated):
+        check_planar_engine(request.engine)
+        return find_planar_gait(stated)
+    if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
+        check_planar_engine(request.engine)
+        return request.problem
+    return None
+
+
+def find_planar_basin(
+    subject: "PlanarWalkProblem | PlanarGait",
+    law: "PlanarLawOption",
+    axes: "Mapping[str, Array]",
+    base: Mapping[str, float],
+    **options: Any,
+) -> "xr.Dataset":
+    """Return the basin of a robot with several contacts; `options` are those of :func:`gaitopt.basin`."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.study.basins.basin import basin
+
+    for name in base:
+        if name in axes:
+            raise InputError(f"{name} is given by --over and --state; give it once.")
+    chosen = law.make(subject) if isinstance(subject, PlanarGait) else None
+    return basin(subject, base, axes, law=chosen, **options)
+
+
+def share_of_planar_gait(table: "xr.Dataset", subject: "PlanarWalkProblem | PlanarGait") -> float | None:
+    """Return the share of the starts that end in a saved gait; None for a script, or if parameters vary."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.study.basins.basin_file import basin_key, fraction_at
+
+    names = [str(name) for name in table.coordinate.values]
+    if not isinstance(subject, PlanarGait) or any(str(name) not in names for name in table.ending.dims):
+        return None
+    return fraction_at(table, basin_key(table)["method"]["gait"], names)

@@ -1,0 +1,116 @@
+"""Design of a robust gait: its plan, its test in unseen scenarios, and its files."""
+
+import functools
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from gaitopt.cli.output import out, print_json, report_file
+from gaitopt.cli.progress_display import show_progress
+
+if TYPE_CHECKING:
+    from gaitopt.design.robust_plan import RobustPlan
+    from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.design.scenario_test import ScenarioTest
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobustDesign:
+    """A robust plan and its tests.
+
+    Attributes
+    ----------
+    plan : RobustPlan
+    robust, nominal : ScenarioTest
+        Tests of the plan and of the gait of lowest cost in the same unseen scenarios.
+    files : tuple of Path
+        The gait, and the tuned gains if there are any.
+    """
+
+    plan: "RobustPlan"
+    robust: "ScenarioTest"
+    nominal: "ScenarioTest"
+    files: tuple[Path, ...]
+
+    def summarise(self) -> dict[str, Any]:
+        """Return the results as plain data for JSON."""
+        plan = self.plan
+        return {
+            "robust": plan.robust,
+            "message": str(plan),
+            "additional_cost": plan.additional_cost,
+            "objective": plan.gait.solver.objective,
+            "nominal_objective": plan.nominal.solver.objective,
+            "law": plan.law.name,
+            "gains": plan.gains,
+            "selected": [str(scenario) for scenario in plan.selected],
+            "unseen": {"plan": _count(self.robust), "nominal": _count(self.nominal)},
+            "files": [str(path) for path in self.files],
+        }
+
+
+def _count(test: "ScenarioTest") -> dict[str, int]:
+    names = ("scenarios", "survived", "pushed", "recovered")
+    return {name: getattr(test, name) for name in names}
+
+
+def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: int, json: bool) -> None:
+    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report all of them."""
+    from gaitopt.motion.atomic import check_writable
+
+    stated = _load_law(stated)
+    folder.mkdir(parents=True, exist_ok=True)
+    gait, gains = folder / f"{stem}.h5", folder / f"{stem}_law.json"
+    for path in (gait, gains):
+        check_writable(path)
+    with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
+        plan = stated.solve()
+        display.describe(f"{stated.name}: walking in {count} unseen scenarios of each kind")
+        tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
+    files = _save(plan, gait, gains) if plan.robust else ()
+    result = RobustDesign(plan=plan, robust=tests[0], nominal=tests[1], files=files)
+    if json:
+        print_json(result.summarise())
+    else:
+        _print(result)
+    raise typer.Exit(0 if plan.robust else 1)
+
+
+def _load_law(stated: "RobustProblem") -> "RobustProblem":
+    """Return the problem with the function of its law if the law is SCRIPT.py:FUNCTION."""
+    from gaitopt.cli.law_option import custom_design, script_function
+
+    source = script_function(stated.law) if isinstance(stated.law, str) else None
+    return stated if source is None else replace(stated, law=functools.partial(custom_design, *source))
+
+
+def _test(stated: "RobustProblem", plan: "RobustPlan", count: int, *, nominal: bool) -> "ScenarioTest":
+    from gaitopt.design.scenario_test import check_scenarios
+
+    gait, law = (plan.nominal, plan.nominal_law) if nominal else (plan.gait, plan.law)
+    return check_scenarios(gait, law, stated.scenarios, count=count)
+
+
+def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
+    """Write the gait, and the tuned gains of its law if it has any."""
+    from gaitopt.motion.archive import save
+    from gaitopt.tuning.tuning_file import save_tuning
+
+    written = save(plan.gait, gait)
+    return (written,) if plan.tuning is None else (written, save_tuning(plan.tuning, gains))
+
+
+def _print(result: RobustDesign) -> None:
+    plan = result.plan
+    out.print(str(plan))
+    out.print(f"objective: {plan.gait.solver.objective:.6g}, without scenarios {plan.nominal.solver.objective:.6g}")
+    if plan.gains:
+        out.print("gains: " + ", ".join(f"{name} {value:.4g}" for name, value in plan.gains.items()))
+    out.print(f"unseen scenarios: {result.robust}")
+    out.print(f"gait of lowest cost: {result.nominal}")
+    for path in result.files:
+        report_file(path)
+    if not result.files:
+        out.print("the plan is not robust; nothing was written")

@@ -1,0 +1,73 @@
+"""Choice of the law of a robust plan: by name, as a law, or as a function that makes it for a gait."""
+
+from collections.abc import Callable
+
+from gaitopt.control.law import Law, feedforward
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.motion import Motion
+from gaitopt.tuning.controller_family import ControllerFamily, TorqueLimit, controller_family_named
+
+OPEN_LOOP = "feedforward"
+"""Name of the law that replays the planned torques."""
+
+LawFunction = Callable[[Robot, Motion, TorqueLimit], Law | ControllerFamily]
+"""Function (robot, motion, torque_limit) -> law or family of laws of a gait."""
+
+LawChoice = str | Law | LawFunction
+"""A name, a law, or a function of a gait."""
+
+
+def check_law_choice(law: object) -> None:
+    """Raise InputError unless a law is a name, a Law or a function.
+
+    Examples
+    --------
+    >>> check_law_choice(3)
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: law must be a name such as 'computed_torque' or 'feedforward', a Law, or a function ...
+    """
+    if not (isinstance(law, str | Law) or callable(law)):
+        raise InputError(
+            "law must be a name such as 'computed_torque' or 'feedforward', a Law, or a function (robot, motion, "
+            f"torque_limit) that returns a Law or a ControllerFamily, got {law!r}."
+        )
+
+
+def make_family(law: LawChoice, gait: Gait, limit: TorqueLimit) -> ControllerFamily:
+    """Return the family of laws for a gait; it has no gains if nothing is to be tuned.
+
+    Parameters
+    ----------
+    law : str, Law or callable
+    gait : Gait
+    limit : float or mapping of actuator to float [N m]
+        Limit of the torques, except those of the open loop and of laws that state their limits.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or the function returns something else.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> make_family("feedforward", gait, 8.0).gains
+    ()
+    """
+    robot, motion = gait.robot, gait.motion
+    if isinstance(law, str) and law == OPEN_LOOP:
+        return ControllerFamily(OPEN_LOOP, (), lambda _: feedforward(robot, motion))
+    if isinstance(law, str):
+        return controller_family_named(law, robot, motion, torque_limit=limit)
+    made = law if isinstance(law, Law) else law(robot, motion, limit)
+    family = ControllerFamily.from_law(made) if isinstance(made, Law) else made
+    if not isinstance(family, ControllerFamily):
+        raise InputError(
+            f"The function law(robot, motion, torque_limit) must return a Law or a ControllerFamily, it returned "
+            f"{type(made).__name__}."
+        )
+    return family.with_torque_limit(robot, limit)

@@ -1,0 +1,60 @@
+"""First event in which the replay of a gait with several contacts differs from its plan."""
+
+from scipy.interpolate import CubicHermiteSpline
+
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.planar_motion import PlanarMotion
+
+
+def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> str | None:
+    """Return when a replay first has another event than the plan, and the gap of a contact that closes too early.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    planned, walked : PlanarMotion
+        The plan, and its replay.
+
+    Returns
+    -------
+    str or None
+        None if all events of the replay are those of the plan, in the same order.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> fall = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> describe_first_difference(monopod(), fall, fall) is None
+    True
+    """
+    for number, event in enumerate(walked.events):
+        if number >= len(planned.events):
+            return None
+        expected = planned.events[number]
+        if set(event.names) == set(expected.names):
+            continue
+        closing = [name for name in robot.contact_names if f"{name} closes" in set(event.names) - set(expected.names)]
+        gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
+        return (
+            f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead "
+            f"of '{' & '.join(expected.names)}' at {expected.time:.4g} s of the plan"
+            + "".join(f"; {text}" for text in gaps if text)
+        )
+    return None
+
+
+def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: float) -> str:
+    """Return how far a contact is from the ground at a time of the plan, and whether it is armed; empty if closed."""
+    segment = next((each for each in planned.segments if each.time[0] <= time <= each.time[-1]), planned.segments[-1])
+    if segment.state.mode(name) is not Mode.FREE:
+        return ""
+    curve, number = CubicHermiteSpline(segment.time, segment.q, segment.v, axis=1), robot.contact_names.index(name)
+    q, v, p = curve(time), curve(time, 1), robot.vector(planned.parameters)
+    gap = float(robot.gaps(q, p)[0][number])
+    side = "above" if gap >= 0 else "below"
+    place = f"{name} is then {1000 * abs(gap):.2g} mm {side} the ground in the plan"
+    if not robot.contacts[number].conditional:
+        return place
+    return f"{place}, and {'armed' if float(robot.arming(q, v, p)[number]) > 0 else 'not armed'}"

@@ -1,0 +1,119 @@
+"""The commands simulate, tune and push on optimal gaits of robots with several contacts."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from gaitopt import Collocation, save
+from gaitopt.cli.app import app
+from gaitopt.cli.planar_law_option import PlanarLawOption
+from gaitopt.errors import InputError
+from gaitopt.ocp import solve_planar
+from gaitopt.stability import assess_planar
+from gaitopt.stability.recovery import PushTest
+from gaitopt.tuning import GainSearchOptions, controller_family_named, load_tuning, save_tuning, tune_feedback
+from tests.ocp.multicontact_examples import walk
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return solve_planar(walk(transcription=Collocation(intervals=10)))
+
+
+@pytest.fixture(scope="module")
+def file(gait, tmp_path_factory):
+    return save(gait, tmp_path_factory.mktemp("walk") / "walk.h5")
+
+
+@pytest.fixture(scope="module")
+def tuned(gait):
+    family = controller_family_named("joint_pd", gait.robot, gait, torque_limit=20.0)
+    options = GainSearchOptions(samples=0, starts=1, evaluations=2)
+    return tune_feedback(gait, family, search=options, test=PushTest(starts=1, steps=10, resolution=0.9))
+
+
+def test_several_steps_of_a_gait_are_simulated_with_exchanged_legs(gait, file):
+    result = run("simulate", file, "--steps", 3, "--json")
+    facts = json.loads(result.stdout)
+    assert (result.exit_code, facts["stop"], facts["steps"]) == (0, "steps_done", 3)
+    assert facts["sequences"] == ["foot A stick |", "foot B stick |", "foot A stick |"]
+    landings = [event for event in facts["events"] if event["names"][0].endswith("closes")]
+    assert [event["names"][0] for event in landings] == ["foot B closes", "foot A closes", "foot B closes"]
+    assert [event["time"] for event in landings] == pytest.approx([k * gait.period for k in (1, 2, 3)], abs=1e-6)
+
+
+def test_a_walk_from_a_changed_state_under_a_law(gait, file):
+    rate = gait.motion.segments[0].v[gait.robot.coordinates.index("a"), 0]
+    state = f"a_rate={rate - 0.05}"
+    result = run("simulate", file, "--steps", 2, "--law", "joint_pd", "--gain", "hip_stiffness=8", "--state", state)
+    assert result.exit_code == 0, result.output
+    fallen = run("simulate", file, "--steps", 2, "--state", "a_rate=0.5", "--json")
+    facts = json.loads(fallen.stdout)
+    assert fallen.exit_code == 1
+    assert (facts["steps"], len(facts["sequences"])) == (0, 1)
+
+
+def test_the_basin_of_a_gait_under_a_law(file, tmp_path):
+    path = tmp_path / "basin.nc"
+    options = ("--over", "a_rate=-0.733,0.5", "--law", "step_lqr", "--steps", 40, "--workers", 1, "-o", path)
+    result = run("basin", file, *options, "--json")
+    facts = json.loads(result.stdout)
+    assert result.exit_code == 0, result.output
+    assert facts["endings"] == ["foot A stick |", "fell"]
+    assert facts["saved_gait"] == 0.5
+    assert path.exists()
+
+
+def test_tuned_gains_are_saved_and_reloaded(gait, tuned, tmp_path):
+    path = save_tuning(tuned, tmp_path / "gains.json")
+    read = load_tuning(path)
+    assert set(read.gains) == {f"{name}_{kind}" for name in ("ankle A", "hip") for kind in ("stiffness", "damping")}
+    law = read.law(gait.robot, gait)
+    assert assess_planar(gait, law).radius == pytest.approx(tuned.radius_after, rel=1e-9)
+    assert tuned.radius_after < tuned.radius_before
+    assert tuned.verified.radius > 0
+    option = PlanarLawOption(str(path), ["hip_stiffness=1.5"], None, False)
+    changed = option.make(gait)
+    assert changed.gain_values["hip_stiffness"] == 1.5
+    assert changed.gain_values["hip_damping"] == law.gain_values["hip_damping"]
+
+
+@pytest.mark.slow
+def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path):
+    gains = tmp_path / "gains.json"
+    result = run("tune", file, "--law", "step_lqr", "--starts", 1, "-o", gains, "--json")
+    facts = json.loads(result.stdout)
+    assert (result.exit_code, set(facts["gains"])) == (0, {"angle", "rate"})
+    result = run("push", file, "--law", gains, "--steps", 6, "--starts", 2, "--workers", 1, "--json")
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout)
+    assert facts["radius"] == pytest.approx(json.loads(gains.read_text())["radius_after"], rel=1e-6)
+    assert (len(facts["survived"]), facts["basin_after"]["starts"]) == (6, 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("simulate", "--engine", "heyoka"), "--engine must be auto or scipy for a robot with several contacts"),
+        (("simulate", "--state", "knee=1"), "has no coordinate or rate 'knee'"),
+        (("simulate", "--state", "a=0.3", "--state", "b=0.2", "--state", "y=1"), "No state near the gait"),
+        (("tune", "--law", "push_off"), "'push_off' is not available for robots with several contacts"),
+        (("tune", "--stance-angle"), "--stance-angle is not accepted for a robot with several contacts"),
+        (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),
+        (
+            ("tune", "--law", "step_lqr", "--torque-limit", 5),
+            "'step_lqr' of a robot with several contacts has no torque",
+        ),
+        (("push", "--law", "computed_torque"), "There is no feedback law 'computed_torque' for a robot with several"),
+        (("basin", "--over", "x=0:1:2"), "has no coordinate or parameter 'x'"),
+    ],
+)
+def test_wrong_options_get_a_sentence(file, words, message):
+    error = run(words[0], file, *words[1:]).exception
+    assert isinstance(error, InputError)
+    assert message in str(error)

@@ -1,0 +1,73 @@
+"""Contacts of robots with several contacts that would close before their planned touchdown."""
+
+import numpy as np
+import pytest
+
+from gaitopt import Margins
+from gaitopt.ocp import Collocation
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
+from gaitopt.ocp.multicontact.planar_bounds import planar_structure
+from gaitopt.ocp.multicontact.planar_remarks import report_grazing_contacts
+from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
+from gaitopt.ocp.nlp.keys import Unknown
+from tests.ocp.multicontact_examples import walk
+
+AHEAD, BEHIND = {"a": -0.2, "b": 0.3}, {"a": 0.3, "b": -0.2}
+"""Angles of the legs [rad] with which foot B is armed, and not armed."""
+
+
+@pytest.fixture(scope="module")
+def planned():
+    """Problem, transcription and start of a walk whose foot B is free in two phases of three intervals."""
+    problem = walk("slip+ stick | slip+", friction=0.14, margins=Margins(), transcription=Collocation(intervals=(3, 3)))
+    transcription = transcribe_planar(planar_structure(problem))
+    return problem, transcription, planar_start(transcription, problem, None)
+
+
+def place_foot(planned, gaps, angles=AHEAD):
+    """Return the decision vector of a robot that rests at each node, with these gaps of foot B [m]."""
+    problem, transcription, start = planned
+    robot, x = problem.robot, start.copy()
+    pose = np.array([angles.get(name, 0.0) for name in robot.coordinates])
+    height = float(robot.gaps(pose, robot.vector(problem.values))[0][robot.contact_index("foot B")])
+    for phase in transcription.phases:
+        places = transcription.builder.coordinates(phase)
+        x[places] = pose[:, None]
+        x[places[robot.coordinates.index("y")]] = np.array(gaps)[list(phase.nodes)] - height
+        x[transcription.builder.velocities(phase)] = 0.0
+        for table in (Unknown.ACCELERATION, Unknown.INNER_ACCELERATION):
+            x[transcription.variables[table, phase.number]] = 0.0
+    return x
+
+
+def find_places(planned, gaps, angles=AHEAD):
+    """Return the labels of the places at which foot B is below the ground after an early touchdown."""
+    problem, transcription, _ = planned
+    rows = find_early_touchdowns(transcription, problem.values, place_foot(planned, gaps, angles), 0.0)
+    assert all(transcription.constraints.entries[row][1].of == "foot B" for row in rows)
+    return {transcription.constraints.label(row)[0] for row in rows}
+
+
+def test_a_foot_that_falls_below_the_ground_at_the_end_of_a_phase_is_below_it_in_the_next_phase(planned):
+    """The last node of a phase counts, and so do the nodes of the next phase in which the foot is still below."""
+    places = find_places(planned, [0.03, 0.02, 0.01, -0.01, -0.01, 0.01, 0.0])
+    assert any("phase 1" in place and "node 3" in place for place in places)
+    assert any("phase 2" in place for place in places)
+
+
+def test_a_foot_that_is_not_armed_passes_through_the_ground(planned):
+    assert find_places(planned, [0.03, 0.02, 0.01, -0.01, -0.01, 0.01, 0.0], BEHIND) == set()
+    assert find_places(planned, [0.03, 0.02, 0.01, 0.01, 0.01, 0.01, 0.0]) == set()
+
+
+@pytest.mark.parametrize(("gap", "angles", "count"), [(1e-8, AHEAD, 1), (1e-8, BEHIND, 0), (1e-3, AHEAD, 0)])
+def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_is_a_warning(planned, gap, angles, count):
+    problem, transcription, _ = planned
+    x = place_foot(planned, [0.03, 0.02, 0.02, 0.02, gap, 0.01, 0.0], angles)
+    sentences = report_grazing_contacts(find_grazing_contacts(transcription, problem.values, x))
+    assert len(sentences) == count
+    assert all(
+        sentence.startswith("contact 'foot B' is on the ground and armed in phase 2 (foot A stick)")
+        for sentence in sentences
+    )
