@@ -31,7 +31,7 @@ COMMANDS = {
     "trace": ("problems/compass_passive.py", "--over", "slope=1:1.05", "-o", "out.nc"),
     "impact": ("problems/kneed_walker.py", "--state", "a=-0.1", "--state", "b=0.3", "--state", "a_rate=-1"),
     "tune": (GAIT, "--law", "lqr", "--starts", "5", "-o", "out.json"),
-    "push": (GAIT, "--law", "lqr"),
+    "push": (GAIT, "--law", "lqr", "--starts", "1", "--steps", "6"),
     "basin": ("problems/rimless_wheel.py", "--over", "theta_rate=0.1:2:8", "--workers", "2", "-o", "out.nc"),
     "run": ("study.py",),
     "search": (*STUDY, "--max-phases", "1", "--starts", "1", "-o", "out"),
