@@ -15,13 +15,13 @@ def problem(
     push=0.1,  # radius of the ball of pushes [rad/s]
     speed=0.6,  # [m/s]
     step_length=0.45,  # [m]
-    torque_limit=6.0,  # of ankle and hip each [N m]
+    torque_limit=6.0,  # limit of ankle and hip [N m]
     objective="torque_squared",  # or cost_of_transport, positive_work, ...
     sequence="stick | stick",  # contact sequence: phases | impact
     law="lqr",  # or computed_torque, joint_pd, feedforward, SCRIPT.py:FUNCTION
-    evaluations=12,  # of the gains in each round
+    evaluations=12,  # evaluations of the gain search in each round
 ):
-    """Return the problem: the gait of least squared torques that survives all scenarios under a law."""
+    """Return the problem: the gait of lowest cost that survives all scenarios under a law."""
     gait = GaitProblem(
         name="compass biped on a floor of unknown friction",
         robot=compass_biped(),

@@ -32,7 +32,7 @@ def script_problem(name):
 def sweep_sequences(script, problems, axes, workers=1, folder=None):
     """Return the sweeps of some problems of a script as one dataset, with their labels in the dimension ``gait``.
 
-    Each sweep is stored in a file of the folder, if one is named, from which an interrupted study resumes.
+    If a folder is named, each sweep is stored in a file of this folder, from which an interrupted study resumes.
 
     The work per distance of travel is added [J/m]: ``motor_work``, without sign, and its terms ``impact``, ``friction``
     and ``braking``, in the dimension ``term``.
