@@ -183,7 +183,6 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
     if isinstance(problem, GaitProblem):
         return problem.replace(script=script.record())
-    from gaitopt.design.family import Family
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem

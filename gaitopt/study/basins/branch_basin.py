@@ -166,7 +166,7 @@ def _name_ending(ending: WalkEnding, gaits: Mapping[int, tuple[AnyCycle, ...]], 
 
 def check_branch_basin(table: "xr.Dataset") -> None:
     """Raise InputError unless a dataset has the variables of basins along a branch."""
-    if not VARIABLES <= set(table.variables) or table.attrs.get("format") != f"gaitopt {KIND}":
+    if VARIABLES - set(table.variables) or table.attrs.get("format") != f"gaitopt {KIND}":
         raise InputError("The dataset must be that of basins along a branch, as trace_basin returns it.")
 
 
