@@ -50,7 +50,7 @@ def find_planar_basin(
 
     for name in base:
         if name in axes:
-            raise InputError(f"{name} is given by --over and --state; give it once.")
+            raise InputError(f"{name} is stated by both --over and --state; state it once.")
     chosen = law.make(subject) if isinstance(subject, PlanarGait) else None
     return basin(subject, base, axes, law=chosen, **options)
 

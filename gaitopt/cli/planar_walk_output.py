@@ -107,7 +107,7 @@ def report_planar_walk(
 
 
 def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[PlanarMotion], int]:
-    """Return the motion of each step of a walk, and how many are complete: the last one may not be.
+    """Return the motion of each step of a walk, and the number of complete steps: the last one may be incomplete.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ def _count(test: "ScenarioTest") -> dict[str, int]:
 
 
 def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: int, json: bool) -> None:
-    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report all of them."""
+    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report the results."""
     from gaitopt.motion.atomic import check_writable
 
     stated = _load_law(stated)
@@ -79,7 +79,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
 
 
 def _load_law(stated: "RobustProblem") -> "RobustProblem":
-    """Return the problem with the function of its law if the law is SCRIPT.py:FUNCTION."""
+    """Return the problem; a law SCRIPT.py:FUNCTION is replaced by this function."""
     from gaitopt.cli.law_option import custom_design, script_function
 
     source = script_function(stated.law) if isinstance(stated.law, str) else None

@@ -183,7 +183,6 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
     if isinstance(problem, GaitProblem):
         return problem.replace(script=script.record())
-    from gaitopt.design.family import Family
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -204,7 +203,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
 
 
 def _is_design(problem: object) -> bool:
-    """Return whether a problem is one of ``gaitopt design`` alone."""
+    """Return whether only ``gaitopt design`` accepts a problem."""
     from gaitopt.design.family import Family
     from gaitopt.design.robust_problem import RobustProblem
 
@@ -229,7 +228,7 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
 
 def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
-    """Return the gait of a file for a command on feedback, or that of a script on a robot with several contacts.
+    """Return the gait of a file, or of the script of a robot with several contacts, for a command on feedback.
 
     Raises
     ------

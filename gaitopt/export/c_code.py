@@ -43,10 +43,11 @@ def write_c(
     does the same with plain arrays, as a C Caller block of Simulink needs; ``gait_control`` gives the torque for given
     latched values.  The header describes each argument.  The code allocates no memory.
 
-    For a robot with several contacts the code has its equations of motion and its contacts
+    For a robot with several contacts, the code contains its equations of motion and its contacts
     (``gait_dynamics``, ``gait_gaps``, ``gait_rows``, ``gait_arming``, ``gait_energy``).  The controller accepts the
-    state of the robot, whichever leg is in front: ``gait_begin`` is called after every impact that ends a period,
-    ``gait_impact(&state)`` after every other one, and ``gait_step(&state, clock, q, v, torque)`` at every sample.
+    state of the robot, regardless of which leg is in front: ``gait_begin`` is called after every impact that ends a
+    period, ``gait_impact(&state)`` after every other impact, and ``gait_step(&state, clock, q, v, torque)`` at every
+    sample.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def write_c(
 
 @dataclass(frozen=True)
 class _Code:
-    """Content of the files: Functions, declarations and definitions of the controller, and descriptions of it."""
+    """Content of the files: Functions, declarations and definitions of the controller, and its descriptions."""
 
     functions: Sequence[ca.Function]
     declarations: str

@@ -22,7 +22,7 @@ def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             *(comment_line(f" *   latched[{i}]  {name}") for i, name in enumerate(law.latched)),
             " */",
             f"typedef struct {{ double latched[{_latched_size(law)}]; int part, periods; }} {prefix}_state;",
-            "/* Call it with the first state, and with that after every impact that ends a period,",
+            "/* Call it with the first state, and with the state after every impact that ends a period,",
             comment_line(f" * of the contact {ends}.") + " */",
             f"{_begin_signature(prefix)};",
             "/* Call it after every other impact of a contact. */",

@@ -87,7 +87,7 @@ class Controller:
 
     @property
     def section(self):
-        """Contact whose impact ends the present period."""
+        """Contact whose impact ends the current period."""
         return SECTIONS[bool(self.exchanged)]
 
     def begin(self, q, v):
@@ -109,7 +109,7 @@ class Controller:
         return EXCHANGE_U @ torque if self.exchanged else torque
 
     def _exchange(self, q, v):
-        """Return the state in the names of the plan."""
+        """Return the state in the coordinates of the plan."""
         q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
         if self.exchanged:
             q, v = EXCHANGE_Q @ q, EXCHANGE_Q @ v

@@ -26,7 +26,7 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     As in C (:func:`gaitopt.write_c`), ``controller.begin(q, v)`` is called with the state after every touchdown and leg
     exchange, and ``controller.step(clock, q, v, slide)`` returns the torques at every sample.
 
-    The controller of a robot with several contacts accepts the state of the robot, whichever leg is in front:
+    The controller of a robot with several contacts accepts the state of the robot, regardless of which leg is in front:
     ``controller.begin(q, v)`` is called with the first state and with that after every impact of the contact
     ``controller.section``, which ends a period and exchanges the legs; ``controller.impact()`` after every other impact
     of a contact; ``controller.step(clock, q, v)`` returns the torques at the time since the period began.
