@@ -54,10 +54,10 @@ A walker with a torso and two legs of equal links (absolute angles, one foot on 
 equations): time per iteration from the initial guess to the optimum, minimum of all rounds, and nonzeros of the
 Hessian, the Jacobian and the diagonal in the linear system of an iteration, over the number of links. The nonzeros
 grow linearly. On a coarse grid, the time also grows linearly. On 12 intervals, the number of entries of the factors
-grows with the exponent 1.24 from 5 to 21 links and 1.16 from 21 to 41 links, and the number of operations grows faster:
-the unknowns form a grid over time and links, for which nested dissection of N unknowns yields factors with O(N log N)
-entries in O(N^1.5) operations. Minimum fill and other orderings take up to 20 % more time at 17 links. The evaluation
-of the functions takes 4 % of the time at 21 links, with exponents of at most 0.75. An iteration takes 2.4
+grows with the exponent 1.24 from 5 to 21 links and 1.16 from 21 to 41 links, and the number of operations grows
+faster: the unknowns form a grid over time and links, for which nested dissection of N unknowns yields factors with
+O(N log N) entries in O(N^1.5) operations. Minimum fill and other orderings take up to 20 % more time at 17 links. The
+evaluation of the functions takes 4 % of the time at 21 links, with exponents of at most 0.75. An iteration takes 2.4
 factorisations at 5 links and 2.9 at 41 links, since the Hessian is not positive definite.
 """
 

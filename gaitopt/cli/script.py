@@ -183,6 +183,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     """Return the gait problem that a script has returned, with the record of that script; see :func:`gait_problem`."""
     if isinstance(problem, GaitProblem):
         return problem.replace(script=script.record())
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -196,18 +198,10 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(
             f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
         )
-    hint = f" Use 'gaitopt design {script.path}'." if _is_design(problem) else ""
-    raise InputError(
-        f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.{hint}"
-    )
-
-
-def _is_design(problem: object) -> bool:
-    """Return whether only ``gaitopt design`` accepts a problem."""
-    from gaitopt.design.family import Family
-    from gaitopt.design.robust_problem import RobustProblem
-
-    return isinstance(problem, Family | RobustProblem)
+    if isinstance(problem, Family | RobustProblem):
+        kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
+        raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
+    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
 
 
 def walk_problem(script: Script) -> "WalkProblem":

@@ -1,5 +1,6 @@
 """The commands simulate, tune and push on optimal gaits of robots with several contacts."""
 
+import functools
 import json
 
 import pytest
@@ -84,7 +85,9 @@ def test_tuned_gains_are_saved_and_reloaded(gait, tuned, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path):
+def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypatch):
+    quick = functools.partial(GainSearchOptions, samples=0, starts=1, evaluations=2)
+    monkeypatch.setattr("gaitopt.tuning.gain_search.GainSearchOptions", quick)
     gains = tmp_path / "gains.json"
     result = run("tune", file, "--law", "step_lqr", "--starts", 1, "-o", gains, "--json")
     facts = json.loads(result.stdout)
