@@ -52,12 +52,12 @@ def _lqr(gait: PlanarGait, torque_limit: float | Mapping[str, float]) -> PlanarD
 def _step_lqr(gait: PlanarGait, torque_limit: float | Mapping[str, float]) -> PlanarDesign:
     limits = torque_limit.values() if isinstance(torque_limit, Mapping) else [torque_limit]
     if any(np.isfinite(limit) for limit in limits):
-        raise InputError("The law 'step_lqr' of a robot with several contacts has no torque limit to set.")
+        raise InputError("The law 'step_lqr' of a robot with several contacts accepts no torque limit.")
     return _weights(), lambda values: planar_step_lqr(gait, weights=LqrWeights(**values))
 
 
 def _weights() -> tuple[Gain, ...]:
-    """Return the sizes of deviations that cost as much as the largest planned torques."""
+    """Return the weights of an LQR as gains: sizes of deviations that cost as much as the largest planned torques."""
     start = LqrWeights()
     return (
         Gain("angle", start.angle, start.angle / 10, start.angle * 10, logarithmic=True),

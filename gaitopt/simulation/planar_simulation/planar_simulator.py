@@ -138,7 +138,8 @@ def follow(
 ) -> PlanarRollout:
     """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
 
-    With several steps, the event `until` ends the first one, that of the other leg the second one, and so on.
+    With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
+    on.
     """
     ends = () if until is None else section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
@@ -170,7 +171,7 @@ def follow(
 
 
 def section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
-    """Return the events that end the steps of a walk in turn: that of a section, and that of the other leg.
+    """Return the events that end the steps of a walk in turn: the section event and that of the other leg.
 
     Examples
     --------
