@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 
 
-def optimises_planar(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
+def is_planar_gait(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
     """Return whether a script or file states an optimal gait of a robot with several contacts."""
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem

@@ -113,7 +113,7 @@ def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[Pl
     ----------
     motion : PlanarMotion
     section : tuple of str
-        Events that end the steps in turn, as returned by :func:`section_events` of the simulation.
+        Events that end the steps in turn, as returned by :func:`list_section_events` of the simulation.
     """
     parts, begin, complete = list[PlanarMotion](), 0, 0
     for k, event in enumerate(motion.events):

@@ -56,6 +56,6 @@ def pad_columns(rows: NDArray[Any], columns: int) -> NDArray[Any]:
     return np.pad(rows, ((0, 0), (0, columns - rows.shape[1])), constant_values=np.nan)
 
 
-def complex_columns(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
+def split_complex(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
     """Return complex numbers as two columns, since NetCDF has no complex numbers."""
     return {f"{name}_real": (dims, np.real(values)), f"{name}_imag": (dims, np.imag(values))}

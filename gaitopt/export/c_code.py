@@ -16,10 +16,10 @@ from gaitopt.export.c_controller import (
     controller_source,
     initialiser,
     law_functions,
-    planar_law_functions,
+    list_law_functions,
 )
 from gaitopt.export.law_robot import require_law, require_planar_law
-from gaitopt.export.planar_c_controller import planar_header, planar_source
+from gaitopt.export.planar_c_controller import write_planar_header, write_planar_source
 from gaitopt.export.planar_python import join_units
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
@@ -127,9 +127,9 @@ def _planar_code(prefix: str, robot: PlanarRobot, law: object) -> _Code:
     actuators = join_units(robot.actuators, robot.actuator_units) or "no actuator"
     physics = [robot.dynamics, robot.gaps, robot.rows, robot.arming, robot.energy]
     return _Code(
-        functions=[*physics, *planar_law_functions(law)],
-        declarations=planar_header(prefix, robot, law),
-        definitions=planar_source(prefix, robot, law),
+        functions=[*physics, *list_law_functions(law)],
+        declarations=write_planar_header(prefix, robot, law),
+        definitions=write_planar_source(prefix, robot, law),
         law=law.name,
         coordinates=f"{join_units(robot.coordinates, robot.units)}; contacts {', '.join(robot.contact_names)}",
         actuators=f"torque or force of {actuators}",

@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import comment_line
 
 
-def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
+def write_planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the declarations of the controller."""
     first, other = list_sections(robot, law)
     ends = f'"{first}"' if first == other else f'"{first}" and "{other}" in turn'
@@ -39,7 +39,7 @@ def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     )
 
 
-def planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
+def write_planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the tables of the law and the functions of the controller."""
     coordinates, actuators = list_matrices(robot)
     names = {

@@ -8,7 +8,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import MOST_EVENTS, law_functions
 from gaitopt.export.law_robot import require_law, require_planar_law
-from gaitopt.export.planar_python import planar_python_module
+from gaitopt.export.planar_python import write_planar_module
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
@@ -66,7 +66,7 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     if path.suffix != ".py" or not path.stem.isidentifier():
         raise InputError(f"Cannot write {path}: a Python module needs a file such as controller.py.")
     if isinstance(robot, PlanarRobot):
-        text = planar_python_module(robot, require_planar_law(robot, law))
+        text = write_planar_module(robot, require_planar_law(robot, law))
     else:
         text = _module(robot, require_law(robot, law))
     with write_atomically(path, heading=HEADING) as file:

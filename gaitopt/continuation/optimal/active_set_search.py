@@ -54,7 +54,7 @@ def find_optimum(
     return _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
 
 
-def find_beyond(
+def find_optimum_beyond(
     optimum: KktLinearisation, direction: float, limit: float, distances: Sequence[float] = DISTANCES
 ) -> KktLinearisation | None:
     """Return the optimum a short distance beyond a change of the active set, found by a solve; None if there is none.
@@ -75,13 +75,15 @@ def find_beyond(
     """
     for distance in distances:
         value = optimum.point.value + direction * distance * optimum.nlp.width
-        after = find_again(optimum, limit if (value - limit) * direction > 0 else value, CONTINUOUS * np.sqrt(distance))
+        after = solve_nearby(
+            optimum, limit if (value - limit) * direction > 0 else value, CONTINUOUS * np.sqrt(distance)
+        )
         if after is not None:
             return after
     return None
 
 
-def find_again(optimum: KktLinearisation, value: float, largest: float) -> KktLinearisation | None:
+def solve_nearby(optimum: KktLinearisation, value: float, largest: float) -> KktLinearisation | None:
     """Return the optimum at a value of the parameter by a solve from one nearby; None if its unknowns differ too much.
 
     Parameters

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.continuation.optimal.active_set_search import DISTANCES, find_again, find_beyond
+from gaitopt.continuation.optimal.active_set_search import DISTANCES, find_optimum_beyond, solve_nearby
 from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
@@ -302,7 +302,7 @@ class PathFollower:
         direction = math.copysign(1.0, point.tangent[1])
         ahead = (self.samples - optimum.point.value) * direction
         limit = float(self.samples[np.argmin(np.where(ahead > 1e-12 * self.nlp.width, ahead, np.inf))])
-        after = find_beyond(optimum, direction, limit, distances)
+        after = find_optimum_beyond(optimum, direction, limit, distances)
         if after is None:
             self.end = "no_convergence"
             return None
@@ -310,7 +310,7 @@ class PathFollower:
 
     def _solve_again(self, point: PathPoint) -> PathPoint:
         """Return a point after its sign changes are located again; the point itself if the solve fails."""
-        optimum = find_again(point.optimum, point.value, SAME_OPTIMUM)
+        optimum = solve_nearby(point.optimum, point.value, SAME_OPTIMUM)
         direction = math.copysign(1.0, point.tangent[1])
         return point if optimum is None else self._depart(optimum, direction, sampled=point.sampled)
 

@@ -141,7 +141,7 @@ def follow(
     With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
     on.
     """
-    ends = () if until is None else section_events(automaton.robot, until)
+    ends = () if until is None else list_section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
     events: list[PlanarEvent] = []
     done = 0
@@ -170,13 +170,13 @@ def follow(
     return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
 
 
-def section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
+def list_section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
     """Return the events that end the steps of a walk in turn: the section event and that of the other leg.
 
     Examples
     --------
     >>> from gaitopt.model import compass_with_two_feet
-    >>> section_events(compass_with_two_feet(), "foot B closes")
+    >>> list_section_events(compass_with_two_feet(), "foot B closes")
     ('foot B closes', 'foot A closes')
     """
     contact, _, happens = section.rpartition(" ")
