@@ -94,7 +94,7 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
         pad_edge=False,
         show_lines=True,
         title="periodic gaits",
-        caption=f"State right after the event '{cycles[0].section}' and the exchange of the legs. Critical friction: "
+        caption=f"State (SI units, rad) after the event '{cycles[0].section}' and the leg exchange. Critical friction: "
         "lowest friction without slipping.",
         title_justify="left",
         caption_justify="left",
