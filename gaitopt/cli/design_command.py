@@ -12,6 +12,7 @@ from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file, v
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
+from gaitopt.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -84,6 +85,8 @@ def design(
             report_file(path)
         if not ok:
             out.print("not all gaits are solved and verified; nothing was written")
+    if result.status is Status.INTERRUPTED:
+        sys.exit(INTERRUPTED)  # the status is in the results already
     raise typer.Exit(0 if ok else 1)
 
 

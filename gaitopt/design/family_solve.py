@@ -3,7 +3,7 @@
 import math
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -77,18 +77,19 @@ def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObse
     family = replace(family, problems=problems)
     design = {name: problems[0].values[name] for name in problems[0].free}
     coarse = [problem.replace(transcription=evolve(problem.transcription, tolerance=math.inf)) for problem in problems]
-    best = _conclude(family, [_solve_first(problem, design, observer) for problem in coarse], design)
+    first = _solve_in_turn(lambda problem, observe: _solve_first(problem, design, observe), coarse, observer)
+    best = _conclude(family, first, design)
     iterations = 0
     for number in range(ROUNDS if best.status.ok else 0):
         joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER if number else COARSE_BARRIER)
         iterations, change = iterations + joint.iterations, abs(joint.objective - best.objective)
         if joint.status.ok:
             joint = _conclude(family, joint.gaits, joint.design)
-        best = joint if joint.status.ok or not number else best
+        best = joint if joint.status.ok or not number or joint.status is Status.INTERRUPTED else best
         smooth = all(problem.objective.smooth for problem in problems)
         if not joint.status.ok or smooth or (number and change <= SAME_OBJECTIVE * abs(joint.objective)):
             break
-    if not best.status.ok and iterations:
+    if not best.status.ok and best.status is not Status.INTERRUPTED and iterations:
         best = replace(best, message=best.message + _advise_bounds(family))
     return replace(best, iterations=iterations)
 
@@ -117,7 +118,8 @@ def _solve_on_refined_grids(family: Family, solver: NlpSolver, observer: SolveOb
         joint = _solve_jointly(family, best.gaits, solver, observer, FINE_BARRIER)
         iterations, change = iterations + joint.iterations, _compare_designs(family, joint.design, best.design)
         if not joint.status.ok:
-            best = best if number else replace(best, status=joint.status, message=joint.message)
+            if number == 0 or joint.status is Status.INTERRUPTED:
+                best = replace(best, status=joint.status, message=joint.message)
             break
         if change < SAME_DESIGN:
             break
@@ -125,7 +127,7 @@ def _solve_on_refined_grids(family: Family, solver: NlpSolver, observer: SolveOb
         result = _conclude(family, joint.gaits, joint.design)
         if change >= NEAR_DESIGN or not result.status.ok:
             result = _solve_each(family, [WarmStart(gait) for gait in joint.gaits], joint.design, observer)
-        best = result if number == 0 or result.status.ok else best
+        best = result if number == 0 or result.status.ok or result.status is Status.INTERRUPTED else best
         if change < NEAR_DESIGN or not result.status.ok:
             break
     return replace(best, iterations=iterations)
@@ -144,27 +146,44 @@ def _solve_on_coarsest_grids(family: Family, solver: NlpSolver, observer: SolveO
     ]
     coarse = replace(family, problems=problems)
     design = {name: problems[0].values[name] for name in problems[0].free}
-    gaits = [_solve_first(problem, design, observer) for problem in problems]
+    gaits = _solve_in_turn(lambda problem, observe: _solve_first(problem, design, observe), problems, observer)
     first = _conclude(family, gaits, design)
     if isinstance(solver, Ipopt):
         solver = evolve(solver, tolerance=max(solver.tolerance, COARSE_TOLERANCE))
     return _solve_jointly(coarse, gaits, solver, observer, COARSE_BARRIER) if first.status.ok else first
 
 
+def _solve_in_turn(
+    solve_one: Callable[[GaitProblem, SolveObserver], Gait], problems: Sequence[GaitProblem], observer: SolveObserver
+) -> list[Gait]:
+    """Return the gait of each problem; after an interrupt, all others are interrupted at their first iteration."""
+    gaits: list[Gait] = []
+    for problem in problems:
+        gaits.append(solve_one(problem, observer))
+        if gaits[-1].status is Status.INTERRUPTED:
+            observer = _interrupt
+    return gaits
+
+
+def _interrupt(_: object) -> None:
+    raise KeyboardInterrupt
+
+
 def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: SolveObserver) -> Gait:
     """Return the gait with the parameters at their start; if there is none, with its own optimal parameters."""
     gait = solve(problem.fix_parameters(design), observer=observer)
-    return gait if gait.status.ok else solve(problem, observer=observer)
+    return gait if gait.status.ok or gait.status is Status.INTERRUPTED else solve(problem, observer=observer)
 
 
 def _solve_each(
     family: Family, guesses: Sequence[Guess], design: Mapping[str, float], observer: SolveObserver
 ) -> FamilyGaits:
     """Return the gaits with some values of the parameters, each on a grid refined for it."""
-    gaits = [
-        solve(problem.fix_parameters(design).replace(guess=guess), observer=observer)
+    stated = [
+        problem.fix_parameters(design).replace(guess=guess)
         for problem, guess in zip(family.problems, guesses, strict=True)
     ]
+    gaits = _solve_in_turn(lambda problem, observe: solve(problem, observer=observe), stated, observer)
     return _conclude(family, gaits, design)
 
 

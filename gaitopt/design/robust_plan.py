@@ -17,6 +17,7 @@ from gaitopt.parameters import check_type
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.stability.recovery import PushTest
+from gaitopt.status import Status
 from gaitopt.tuning.controller_family import TorqueLimit
 from gaitopt.tuning.gain_search import GainSearchOptions
 from gaitopt.tuning.record import Tuning
@@ -188,15 +189,21 @@ def _default_limit(problem: GaitProblem) -> dict[str, float]:
 
 
 def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -> Gait:
-    """Return the verified gait for the lowest friction of some scenarios; InputError if there is none."""
+    """Return the verified gait for the lowest friction of some scenarios; InputError if there is none.
+
+    An interrupt of a solve is raised again.
+    """
     frictions = [scenario.parameters.get("friction", problem.friction) for scenario in selected]
     lowest = min([problem.friction, *frictions])
     stated = problem.replace(friction=lowest)
     if before is not None and lowest == before.motion.parameters["friction"]:
         return before
-    candidates = [solve(stated)]
-    if before is not None:
-        candidates.append(solve(stated.replace(guess=WarmStart(before))))
+    guesses = [stated.guess] if before is None else [stated.guess, WarmStart(before)]
+    candidates = []
+    for guess in guesses:
+        candidates.append(solve(stated.replace(guess=guess)))
+        if candidates[-1].status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
     solved = [gait for gait in candidates if gait.status.ok]
     if not solved:
         raise InputError(f"There is no gait with friction {lowest:g}: {candidates[0].status.hint}")

@@ -199,7 +199,7 @@ def _solve_first(
     first = gaits[0]
     if any(gait.status not in RETRY or gait.status is Status.PLAN_INACCURATE for gait in gaits):
         return gaits, []
-    bounded = _solve_by_homotopy(problem, limited_refinement, observer)
+    bounded = _solve_by_homotopy(problem, first, limited_refinement, observer)
     if bounded is not None:
         return [bounded], []
     guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + _count_retries(problem)))]
@@ -211,11 +211,16 @@ def _solve_first(
     return ([] if first.status is Status.ITERATION_LIMIT and limited != solver else [first]), []
 
 
-def _solve_by_homotopy(problem: GaitProblem, solver: NlpSolver, observer: SolveObserver) -> Gait | None:
-    """Return a gait with the bound on the spectral radius, approached from the initial gait; None if there is none."""
+def _solve_by_homotopy(problem: GaitProblem, failure: Gait, solver: NlpSolver, observer: SolveObserver) -> Gait | None:
+    """Return a gait with the bound on the spectral radius, approached from the initial gait; None if there is none.
+
+    An interrupt is returned as the interrupted failure.
+    """
     if problem.stability is None or not isinstance(problem.guess, WarmStart) or _is_new(problem):
         return None
     near = approach_radius(problem, problem.guess.gait, solver, observer)
+    if near is not None and near.status is Status.INTERRUPTED:
+        return failure.with_failure(Status.INTERRUPTED, near.solver.message)
     gait = None if near is None else solve_from_start(problem, WarmStart(near), solver, observer)
     return gait if gait is not None and (gait.status.ok or gait.status is Status.INTERRUPTED) else None
 

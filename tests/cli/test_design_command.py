@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitopt import load
+from gaitopt import load, solve
 
 SCRIPT = """
 from gaitopt import Collocation, Family, GaitProblem, Limits, compass_biped
@@ -69,6 +69,15 @@ def test_a_robot_with_several_contacts_is_designed_as_well(command, script, fold
     refused = command("design", script(PLANAR), "--set", "free=None")
     assert refused.status == 2
     assert "it returned a PlanarProblem without free parameters" in refused.err
+
+
+def test_an_interrupted_solve_ends_with_status_130(command, script, folder, monkeypatch):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitopt.ocp.solver.solve", lambda problem, **_: solve(problem, observer=interrupt))
+    run = command("design", script(PLANAR), "--json")
+    assert (run.status, run.json["status"], run.json["files"]) == (130, "interrupted", [])
 
 
 def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):

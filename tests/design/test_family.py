@@ -14,6 +14,7 @@ from gaitopt import (
     Ipopt,
     Limits,
     StabilityBound,
+    Status,
     assess_stability,
     compass_biped,
     load,
@@ -215,3 +216,23 @@ def test_the_summary_is_plain(result):
 def test_invalid_families(arguments, reason):
     with pytest.raises(InputError, match=reason):
         Family(*arguments)
+
+
+@pytest.mark.parametrize("shared", [(), ("torques",)])
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_an_interrupt_of_any_solve_ends_the_family(shared, number):
+    """The first two solves are those of the gaits alone, the third is that of all gaits."""
+    grid = Collocation(intervals=10, tolerance=np.inf)
+    bounds = {"speed": (0.6, 0.65), "step_length": (0.45, 0.5), "transcription": grid}
+    family = Family([problem.replace(**bounds) for problem in PROBLEMS], shared=shared)
+    starts = []
+
+    def interrupt(iteration):
+        starts.extend([iteration] if iteration.number == 0 else [])
+        if len(starts) == number:
+            raise KeyboardInterrupt
+
+    result = family.solve(observer=interrupt)
+    assert result.status is Status.INTERRUPTED
+    assert len(starts) == number
+    assert len(result.gaits) == 2

@@ -4,8 +4,19 @@ import math
 
 import pytest
 
-from gaitopt import Execution, GainSearchOptions, GaitProblem, InputError, Limits, compass_biped, feedforward, solve
-from gaitopt.design import Scenario, Scenarios, check_scenarios, solve_scenarios
+from gaitopt import (
+    Collocation,
+    Execution,
+    GainSearchOptions,
+    GaitProblem,
+    InputError,
+    Limits,
+    Status,
+    compass_biped,
+    feedforward,
+    solve,
+)
+from gaitopt.design import Scenario, Scenarios, check_scenarios, robust_plan, solve_scenarios
 from gaitopt.design.scenario_test import Walk, worst_walk
 
 SCENARIOS = Scenarios(ranges={"friction": (0.1, 0.2)}, push=0.1)
@@ -140,3 +151,18 @@ def test_unknown_parameters_and_frictions_without_a_gait_are_refused():
     assert not solve(problem(friction=0.02)).status.ok
     with pytest.raises(InputError, match=r"no gait with friction 0\.02"):
         solve_scenarios(problem(), Scenarios(ranges={"friction": (0.02, 0.2)}, values=2), search=QUICK)
+
+
+def test_an_interrupt_of_a_solve_ends_the_planning(monkeypatch):
+    """Otherwise the solve from the second start would continue, and its gait would hide the interrupt."""
+    gait = solve(problem(transcription=Collocation(intervals=10)))
+    stops, frictions = [Status.INTERRUPTED, Status.SOLVED], []
+
+    def solve_interrupted(stated):
+        frictions.append(stated.friction)
+        return gait.replace_fields(status=stops[len(frictions) - 1])
+
+    monkeypatch.setattr(robust_plan, "solve", solve_interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        robust_plan._plan(problem(), [Scenario({"friction": 0.1})], gait)
+    assert frictions == [0.1]

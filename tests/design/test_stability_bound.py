@@ -22,6 +22,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.design import planned_gains, planned_law
+from gaitopt.ocp import solver
 from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
@@ -98,6 +99,22 @@ def test_a_bound_far_from_the_radius_of_the_optimum_is_approached_in_steps():
     assert gait.status.ok, gait.solver.message
     assert assess_stability(gait).radius <= 0.62 + 1e-6
     assert gait.cost_of_transport == pytest.approx(0.01239, rel=1e-3)  # own value
+
+
+def test_an_interrupt_of_the_approach_ends_the_solve(monkeypatch):
+    problem = SLIPPING.replace(transcription=Collocation(intervals=10))
+    gait = solve(problem)
+    problem = problem.replace(stability=StabilityBound(radius=0.2), guess=WarmStart(gait))
+    failure = gait.with_failure(Status.INFEASIBLE, "stopped")
+    monkeypatch.setattr(solver, "solve_from_starts", lambda *_, **__: [failure])
+    monkeypatch.setattr(solver, "conclude_failure", lambda *_: pytest.fail("the solve continues"))
+
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    interrupted = solve(problem, observer=interrupt)
+    assert interrupted.status is Status.INTERRUPTED
+    assert interrupted.solver.message == "User_Requested_Stop"
 
 
 def test_an_infeasible_bound_is_named_with_the_radius_of_the_optimum_without_it():

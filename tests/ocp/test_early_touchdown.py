@@ -4,13 +4,20 @@ import numpy as np
 import pytest
 
 from gaitopt import Margins
-from gaitopt.ocp import Collocation
-from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
-from gaitopt.ocp.multicontact.planar_bounds import planar_structure
+from gaitopt.model import compass_with_two_feet
+from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem
+from gaitopt.ocp.multicontact.early_touchdown import (
+    find_early_touchdowns,
+    find_grazing_contacts,
+    share_of_clearance,
+)
+from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
+from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_remarks import report_grazing_contacts
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
-from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Kind, Unknown
 from tests.ocp.multicontact_examples import walk
 
 AHEAD, BEHIND = {"a": -0.2, "b": 0.3}, {"a": 0.3, "b": -0.2}
@@ -71,3 +78,39 @@ def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_is_a_warning(plann
         sentence.startswith("contact 'foot B' is on the ground and armed in phase 2 (foot A stick)")
         for sentence in sentences
     )
+
+
+def test_the_bounds_after_an_early_touchdown_change_with_the_clearance():
+    """The derivative of the optimal cost with respect to the clearance is that of solved problems."""
+    problem = PlanarProblem(
+        robot=compass_with_two_feet(),
+        sequence="foot A stick |",
+        friction=1.0,
+        speed=0.633,
+        step_length=0.4713,
+        objective="torque_squared",
+        limits=PlanarLimits(clearance=0.02),
+        transcription=Collocation(intervals=6),
+    )
+    transcription = transcribe_planar(planar_structure(problem))
+    layout = transcription.constraints
+    late = [
+        row
+        for row, (place, key) in enumerate(layout.entries)
+        if key.kind is Kind.GAP and key.of == "foot B" and (place.node or 0) >= 4
+    ]
+
+    def solve_above_ground(clearance):
+        stated = problem.replace(limits=PlanarLimits(clearance=clearance))
+        bounds = planar_bounds(transcription, stated)
+        bounds.g_lower[late] = [clearance * share_of_clearance(transcription, row) for row in late]
+        start = planar_start(transcription, stated, None)
+        outcome = Ipopt(tolerance=1e-9).minimise(transcription.nlp, start, planar_data(stated), bounds, lambda _: None)
+        assert outcome.status.ok
+        return stated, bounds, outcome
+
+    stated, bounds, outcome = solve_above_ground(0.02)
+    up, down = (solve_above_ground(0.02 + change)[2].objective for change in (1e-5, -1e-5))
+    derivative = certify_planar(stated, transcription, bounds, outcome).derivative_of("clearance")
+    assert derivative > 0.1
+    assert derivative == pytest.approx((up - down) / 2e-5, rel=1e-3)

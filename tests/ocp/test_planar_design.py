@@ -111,6 +111,15 @@ def test_sensitivities_of_a_hop_are_derivatives_of_solved_problems(hopping, name
     assert hopping.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
 
 
+def test_bounds_of_speed_and_step_length_have_sensitivities():
+    problem = PROBLEM.replace(free={}, speed=(0.5, 0.8), step_length=(0.35, 0.45))
+    gait = solve(problem)
+    for name in ("lower bound of speed", "lower bound of step_length"):
+        assert gait.certificate.derivative_of(name) == pytest.approx(differences(problem, gait, name), rel=1e-4)
+    with pytest.raises(InputError, match="does not depend on 'upper bound of speed'"):
+        gait.certificate.derivative_of("upper bound of speed")
+
+
 @pytest.mark.slow
 def test_sensitivities_of_a_double_support_with_slip_are_derivatives_of_solved_problems():
     """The trailing foot slips forward while the other sticks; friction acts on both."""

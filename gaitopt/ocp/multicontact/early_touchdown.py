@@ -57,9 +57,10 @@ def find_early_touchdowns(
             if i in below and gap[0] < -BELOW:
                 first = 0  # the first sample is the last one of the previous phase
             for k in range(first + 1, gap.size):
-                least = clearance * min(1, 4 * (1 - part[k]))
+                row = _row_of(transcription, phase, i, k)
+                least = clearance * share_of_clearance(transcription, row)
                 if gap[k] < least:
-                    rows[_row_of(transcription, phase, i, k)] = least
+                    rows[row] = least
             if first < gap.size and gap[-1] < -BELOW:
                 below.add(i)
     return rows
@@ -103,6 +104,21 @@ def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpl
         above = float(robot.gaps(curve(middle), p)[0][contact]) > 0
         begin, end = (middle, end) if above else (begin, middle)
     return float(robot.arming(curve(begin), curve(begin, 1), p)[contact]) > 0
+
+
+def share_of_clearance(transcription: PlanarTranscription, row: int) -> float:
+    """Return the bound of the row of a gap after an early touchdown, over the clearance.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    row : int
+    """
+    place, key = transcription.constraints.entries[row]
+    part = ((place.node or 0) + float(transcription.structure.scheme.fractions[key.inner])) / (
+        transcription.phases[place.phase or 0].count
+    )
+    return min(1.0, 4 * (1 - part))
 
 
 def _row_of(transcription: PlanarTranscription, phase: GridPhase, contact: int, sample: int) -> int:

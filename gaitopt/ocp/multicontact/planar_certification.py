@@ -9,6 +9,7 @@ from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.certificate import Certificate, Sensitivity
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian, evaluate_nlp
+from gaitopt.ocp.multicontact.early_touchdown import share_of_clearance
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import typical_planar_sizes
@@ -54,7 +55,8 @@ def _cost_sensitivities(
     problem: PlanarProblem, transcription: PlanarTranscription, bounds: Bounds, outcome: NlpResult
 ) -> tuple[Sensitivity, ...]:
     """Return the derivative of the optimal objective with respect to every number that affects it."""
-    raised = np.flatnonzero(bounds.g_lower > planar_bounds(transcription, problem).g_lower)
+    raised = np.flatnonzero(bounds.g_lower > planar_bounds(transcription, problem).g_lower).tolist()
+    shares = np.array([share_of_clearance(transcription, row) for row in raised])
 
     @functools.cache
     def evaluate_at(numbers: tuple[float, ...]) -> tuple[float, Array]:
@@ -64,7 +66,7 @@ def _cost_sensitivities(
     @defer_interrupt()
     def evaluate(changed: PlanarProblem) -> float:
         values, limits = evaluate_at(tuple(planar_data(changed).tolist())), planar_bounds(transcription, changed)
-        limits.g_lower[raised] = bounds.g_lower[raised]
+        limits.g_lower[raised] = changed.limits.clearance * shares
         return evaluate_lagrangian(values, outcome.x, outcome.multipliers, limits)
 
     return rank_sensitivities(list_planar_numbers(problem), evaluate, transcription.nlp.typical)

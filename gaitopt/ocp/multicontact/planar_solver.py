@@ -1,6 +1,7 @@
 """solve_planar: the optimal gait of a planar robot with any contacts."""
 
 import functools
+import itertools
 import math
 import time
 from dataclasses import dataclass, replace
@@ -36,6 +37,7 @@ from gaitopt.ocp.multicontact.planar_remarks import (
 )
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
+from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
@@ -108,15 +110,25 @@ def solve_planar(
     solver = solver or Ipopt()
     if isinstance(solver, Ipopt):
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
+    if isinstance(solver, Newton | Ipopt):
+        solver = solver.start_clock()
     closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
     reasons = [explain_one_way_slip(each) for each in closed]
     if all(reasons):
         return _refuse(closed[0], reasons[0] or "", solver, observer)
     closed = [each for each, reason in zip(closed, reasons, strict=True) if reason is None]
-    gaits = [_solve_start(each, number, solver, observer) for each in closed for number in range(starts)]
+    gaits: list[PlanarGait] = []
+    for each, number in itertools.product(closed, range(starts)):
+        gaits.append(_solve_start(each, number, solver, observer))
+        if gaits[-1].status is Status.INTERRUPTED:
+            break
     solved = [gait for gait in gaits if gait.status.ok]
+    best = min(solved, key=lambda gait: gait.solver.objective) if solved else gaits[-1]
+    if gaits[-1].status is Status.INTERRUPTED:
+        report = best.solver.replace_fields(message=gaits[-1].solver.message)
+        return best.replace_fields(status=Status.INTERRUPTED, solver=report)
     if solved:
-        return min(solved, key=lambda gait: gait.solver.objective)
+        return best
     nearest = min(range(len(gaits)), key=lambda number: rank_of(gaits[number].solver.constraint_violation))
     if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
         return gaits[nearest]
@@ -185,6 +197,10 @@ class GridResult:
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
         outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
         return replace(self, outcome=outcome, ending=self.ending if ending is None else ending)
+
+    def mark_interrupted(self, message: str) -> "GridResult":
+        """Return the solution with the status of an interrupted solve, and the message of its last solve."""
+        return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=message))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -255,6 +271,8 @@ class _Start:
                 break
             self.raised.setdefault(result.transcription, {}).update(result.early_touchdowns)
             repaired = self.solve(result.problem, result.outcome.x, is_near=True)
+            if repaired.outcome.status is Status.INTERRUPTED:
+                return result.mark_interrupted(repaired.outcome.message)
             if not repaired.outcome.status.ok:
                 break
             result = repaired
@@ -267,8 +285,10 @@ class _Start:
         few iterations is poor, and the solver may then leave it.
         """
         near = self.solve(problem, durations=durations, is_near=True, limit=MOST_NEARBY)
-        if not near.outcome.status.ok:
+        if not near.outcome.status.ok and near.outcome.status is not Status.INTERRUPTED:
             near = self.solve(problem, durations=durations)
+        if near.outcome.status is Status.INTERRUPTED:
+            return near
         is_near = near.outcome.status.ok
         return self.solve(problem, near.outcome.x if is_near else None, is_near=is_near)
 
@@ -318,6 +338,8 @@ def _refine(start: _Start, result: GridResult) -> GridResult:
         previous = _report(result, start)
         finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
         finer = start.exclude_early_touchdowns(finer)
+        if finer.outcome.status is Status.INTERRUPTED:
+            return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
             return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
         result = finer

@@ -28,6 +28,8 @@ MOST_FAILURES = 2
 def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observer: Observer) -> Gait | None:
     """Return a gait on the coarsest grid that meets the bound on the spectral radius, or None if none is reached.
 
+    An interrupted solve ends the approach, and its gait is returned.
+
     A non-smooth objective is replaced by the squared torques: with the absolute work, many of these solves do not
     converge.
 
@@ -56,7 +58,7 @@ def approach_radius(problem: GaitProblem, gait: Gait, solver: NlpSolver, observe
         stated = problem.replace(stability=evolve(bound, radius=following))
         nearer = solve_from_start(stated, WarmStart(gait), solver, observer)
         if nearer.status is Status.INTERRUPTED:
-            return None
+            return nearer
         if nearer.status.ok:
             gait, radius = nearer, following
         else:

@@ -134,7 +134,7 @@ def list_numbers(problem: GaitProblem) -> Iterator[Number]:
 
 
 def list_parameters_and_targets(problem: Any) -> Iterator[Number]:
-    """Yield the parameters of robot and ground, the targets, and the bounds of the free parameters.
+    """Yield the parameters of robot and ground, the targets, and the bounds of free parameters and targets.
 
     Parameters
     ----------
@@ -151,6 +151,11 @@ def list_parameters_and_targets(problem: Any) -> Iterator[Number]:
     for name, ends in problem.free_ranges.items():
         for side, value in zip(("lower", "upper"), ends, strict=True):
             yield Number(f"{side} bound of {name}", value, functools.partial(_change_bound, problem, name, side))
+    for name in ("speed", "step_length"):
+        target = getattr(problem, name)
+        for side, value in zip(("lower", "upper"), target if isinstance(target, tuple | list) else (), strict=False):
+            if math.isfinite(value):
+                yield Number(f"{side} bound of {name}", value, functools.partial(_change_target, problem, name, side))
 
 
 def list_margins(problem: Any) -> Iterator[Number]:
@@ -229,6 +234,11 @@ def _change_field(problem: Any, name: str, value: float) -> Any:
 def _change_bound(problem: Any, name: str, side: str, value: float) -> Any:
     lower, upper = problem.free_ranges[name]
     return problem.replace(free={**problem.free, name: (value, upper) if side == "lower" else (lower, value)})
+
+
+def _change_target(problem: Any, name: str, side: str, value: float) -> Any:
+    lower, upper = getattr(problem, name)
+    return problem.replace(**{name: (value, upper) if side == "lower" else (lower, value)})
 
 
 def _change_parameter(problem: Any, name: str, value: float) -> Any:

@@ -1,0 +1,55 @@
+"""Interrupts and time limits of solves of robots with several contacts."""
+
+import math
+
+import pytest
+
+from gaitopt import Collocation, Ipopt, Status
+from gaitopt.ocp import solve_planar
+from gaitopt.ocp.multicontact import planar_solver
+from tests.ocp.multicontact_examples import hop
+
+
+def interrupter(number):
+    """Return an observer that interrupts a solve of an NLP, counted from 1, and the list of solves that began."""
+    began = []
+
+    def observe(iteration):
+        began.extend([iteration] if iteration.number == 0 else [])
+        if len(began) == number:
+            raise KeyboardInterrupt
+
+    return observe, began
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_an_interrupt_on_any_grid_ends_the_solve(number):
+    """The second solve is on a finer grid; the solution of the first one is kept, and no other start is tried."""
+    observe, began = interrupter(number)
+    gait = solve_planar(hop(intervals=(4, 4)), starts=2, observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.message == "User_Requested_Stop"
+    assert len(began) == number
+    assert gait.solver.warnings == ()
+
+
+def test_an_interrupt_of_a_later_start_keeps_the_gait_found_before():
+    problem = hop(intervals=(4, 4)).replace(transcription=Collocation(intervals=(4, 4), tolerance=math.inf))
+    observe, began = interrupter(2)
+    gait = solve_planar(problem, starts=3, observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert len(began) == 2
+    assert gait.solver.objective == pytest.approx(solve_planar(problem).solver.objective)
+
+
+def test_a_time_limit_is_that_of_all_starts(monkeypatch):
+    deadlines, solve_start = [], planar_solver._solve_start
+
+    def record(problem, number, solver, observer):
+        deadlines.append(solver.deadline())
+        return solve_start(problem, number, solver, observer)
+
+    monkeypatch.setattr(planar_solver, "_solve_start", record)
+    problem = hop(intervals=(4, 4)).replace(transcription=Collocation(intervals=(4, 4), tolerance=math.inf))
+    solve_planar(problem, starts=2, solver=Ipopt(time_limit=50.0))
+    assert deadlines[0] == deadlines[1] < math.inf
