@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
 NEUTRAL = 1e-6
-"""Largest distance of the spectral radius of a located bifurcation from 1."""
+"""Largest difference from 1 of the spectral radius at a located bifurcation."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -111,10 +111,10 @@ class GaitBranch:
 
 
 def split_branch(branch: GaitBranch, *, joined: bool = True) -> Iterator[tuple[slice, str, bool]]:
-    """Yield the pieces of a branch of equal contact sequence and stability: their points, sequence and stability.
+    """Yield the pieces of a branch with constant contact sequence and stability: points, sequence and stability.
 
-    A bifurcation at which the stability changes is the end of one piece and the start of the next one.  A line between
-    a stable and an unstable gait is that of the unstable one.
+    A bifurcation at which the stability changes is the end of one piece and the start of the next one.  Otherwise, a
+    line between a stable and an unstable gait belongs to the unstable piece.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classi
 from gaitopt.study.basins.basin_source import Classifier
 
 NO_START = "no_start"
-"""Ending of a start without a nearby state in which the feet of the gait stand on the ground."""
+"""Ending of a start near which no state has the feet of the gait on the ground."""
 
 PLACES = 6
 """Decimal places of the gait's state in the key of a basin."""
