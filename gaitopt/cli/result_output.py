@@ -26,7 +26,7 @@ OUTPUTS = {
     "TunedGains": ("result_output:print_gains", "result_output:gains_facts"),
     "gaitopt sweep": ("study_output:print_sweep", "study_output:sweep_facts"),
     "gaitopt basin": ("walk_output:print_basin", "walk_output:basin_facts"),
-    "gaitopt basins of a branch": (
+    "gaitopt set of basins along a branch": (
         "branch_basin_output:print_branch_basin",
         "branch_basin_output:branch_basin_facts",
     ),

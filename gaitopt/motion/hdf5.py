@@ -19,7 +19,7 @@ READERS = {
     "gait": "load reads it",
     "sweep": "load_sweep reads it, and load_sweep_gait its gaits",
     "basin": "load_basin reads it",
-    "basins of a branch": "gaitopt.study.load_branch_basin reads it",
+    "set of basins along a branch": "gaitopt.study.load_branch_basin reads it",
     "branch diagram": "load_diagram reads it and write_branch_page writes its page",
     "diagram of optimal gaits": "load_optima reads it",
     "front": "load_front reads it, and load_front_gait its gaits",

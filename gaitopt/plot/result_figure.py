@@ -30,7 +30,7 @@ FIGURES = {
 TABLES = {
     "gaitopt sweep": "sweep_figure:plot_sweep",
     "gaitopt basin": "basin_figure:plot_basin",
-    "gaitopt basins of a branch": "branch_basin_figure:plot_branch_basin",
+    "gaitopt set of basins along a branch": "branch_basin_figure:plot_branch_basin",
     "gaitopt front": "front_figure:plot_front",
 }
 """Functions that draw each kind of dataset, by its attribute ``format``."""

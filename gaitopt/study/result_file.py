@@ -14,7 +14,7 @@ LOADERS = {
     "gait": "gaitopt.motion.archive:load",
     "sweep": "gaitopt.study.sweeps.sweep_file:load_sweep",
     "basin": "gaitopt.study.basins.basin_file:load_basin",
-    "basins of a branch": "gaitopt.study.basins.branch_basin_file:load_branch_basin",
+    "set of basins along a branch": "gaitopt.study.basins.branch_basin_file:load_branch_basin",
     "branch diagram": "gaitopt.continuation.diagram_file:load_diagram",
     "diagram of optimal gaits": "gaitopt.continuation.optimal.optimal_file:load_optima",
     "front": "gaitopt.study.trade_offs.front_table:load_front",

@@ -126,6 +126,9 @@ def test_invalid_requests_are_named():
         trace_basin(wheel, diagram, [1.0], branch=3)
     with pytest.raises(InputError, match="no gait at any of the 1 values of friction"):
         trace_basin(wheel, diagram, [3.0])
+    for radius in (-1.0, math.nan):
+        with pytest.raises(InputError, match="radius of the ball must be positive and finite"):
+            trace_basin(wheel, diagram, [1.0], radius=radius)
     unstable = next(
         gait
         for gait in find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.3}, starts=20)

@@ -1,6 +1,7 @@
 """Basins along a branch: endings of walks from a ball around each gait, and the distance to the basin's edge."""
 
 import json
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -28,7 +29,7 @@ from gaitopt.study.basins.fatal_push import FatalPush, PushSearch, find_fatal_pu
 if TYPE_CHECKING:
     import xarray as xr
 
-KIND, VERSION, SIDES = "basins of a branch", 1, ("backward", "forward")
+KIND, VERSION, SIDES = "set of basins along a branch", 1, ("backward", "forward")
 VARIABLES = {"share", "stable", "push", "change", "edge", "push_ending", "ending", "coordinate", "side"}
 
 SAME = 1e-3
@@ -87,7 +88,8 @@ def trace_basin(
     Raises
     ------
     InputError
-        If the branch does not exist, has gaits of several steps, or has no gait at any of the values.
+        If the branch does not exist, has gaits of several steps, or has no gait at any of the values, or if the radius
+        is invalid.
 
     Examples
     --------
@@ -102,6 +104,8 @@ def trace_basin(
     """
     if not 0 <= branch < len(diagram.branches) or diagram.branches[branch].steps > 1:
         raise InputError(f"The diagram must have a branch {branch} of gaits of one step.")
+    if not 0 < radius < math.inf:
+        raise InputError(f"The radius of the ball must be positive and finite, got {radius!r} rad/s.")
     measure = _measure_with(problem, diagram, branch, balls or PushTest(), radius, search or PushSearch(), engine)
     points, previous = list[_BasinPoint](), None
     for value in values:
