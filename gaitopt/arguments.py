@@ -38,7 +38,7 @@ _NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True o
 
 
 class ArgumentError(InputError):
-    """A wrong type or name of an argument, of a function of the user's call or of one that this function calls."""
+    """A wrong type or name of an argument of a function that the user calls, or of one that this function calls."""
 
 
 def check_arguments(target: F) -> F:
@@ -150,7 +150,7 @@ def _find_wrong_argument(
     *,
     numbers: bool = False,
 ) -> str | None:
-    """Return a sentence on an unknown argument, or the first that does not fit its annotation; None if all do.
+    """Return a sentence on the first argument that is unknown or does not fit its annotation; None if all are valid.
 
     With `numbers`, numbers fit where an expression is expected.
     """
@@ -158,7 +158,7 @@ def _find_wrong_argument(
     try:
         bound = signature.bind(*arguments, **options)
     except TypeError:
-        return _find_unknown_argument(signature, name, options)  # a missing one is named by Python
+        return _find_unknown_argument(signature, name, options)  # Python names a missing argument
     for argument, value in bound.arguments.items():
         parameter = signature.parameters[argument]
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -170,7 +170,7 @@ def _find_wrong_argument(
 
 
 def _find_unknown_argument(signature: inspect.Signature, name: str, options: dict[str, Any]) -> str | None:
-    """Return a sentence on the first keyword that is not an argument, with the most similar one; None without any."""
+    """Return a sentence on the first unknown keyword, with the most similar argument; None if all are known."""
     parameters = list(signature.parameters.values())
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         return None

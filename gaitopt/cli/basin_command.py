@@ -77,7 +77,7 @@ def basin(
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_basin import find_planar_basin, read_planar_subject, share_of_planar_gait
+    from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.walk_output import basin_facts, print_basin
 
@@ -95,7 +95,7 @@ def basin(
             option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
             result = find_planar_basin(planar, option, axes, base, **options)
     engine_used = None if planar is not None else subject.engine
-    share = _share_of_gait(request, subject, result) if planar is None else share_of_planar_gait(result, planar)
+    share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
     if json:
         seconds = time.perf_counter() - began
         print_json(basin_facts(result, engine_used, share) | {"file": output and str(output), "seconds": seconds})

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def branch_basin_facts(table: "xr.Dataset") -> dict[str, Any]:
-    """Return basins along a branch as plain data, one record for each value of the parameter."""
+    """Return basins along a branch as plain data, with one record for each value of the parameter."""
     (over,) = map(str, table.push.dims)
     names, endings = list(map(str, table.coordinate.values)), list(map(str, table.ending.values))
     records = [

@@ -1,7 +1,7 @@
 """Commands whose help is printed literally, and whose output replaces no input of theirs.
 
-Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it, nor break a paragraph where its
-source does.
+Rich must not read a unit in the help, such as ``[m/s]``, as markup and remove it, and must not keep the line breaks
+of the source within a paragraph.
 """
 
 import copy

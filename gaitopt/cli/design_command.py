@@ -41,17 +41,20 @@ def design(
     law: Annotated[
         str | None, typer.Option(help=f"Law of a RobustProblem instead of that of the script: {LAW_VALUES}.")
     ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Number of unseen scenarios of each kind (RobustProblem).")] = 20,
+    count: Annotated[
+        int, typer.Option(min=1, help="Number of unseen scenarios of each kind for the test of a RobustProblem.")
+    ] = 20,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Optimise parameters of a walker together with its gaits, or plan a robust gait; replay and save the gaits.
 
-    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem: one gait
-    and one law for ranges of parameters and for pushes, with the additional cost and the scenarios that it survives.
-    The gains of the law are saved for 'gaitopt push --law'.  Exit status 0 if all gaits are solved and verified, or the
-    plan survives all candidate scenarios; 1 otherwise.
+    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem.  For a
+    RobustProblem, one gait and one law are planned for ranges of parameters and for pushes; the additional cost and
+    the numbers of survived scenarios are reported, and the gains of the law are saved for 'gaitopt push --law'.
+
+    Exit status 0 if all gaits are solved and verified, or the plan survives all candidate scenarios; 1 otherwise.
 
     Example: gaitopt design walker.py --set friction=0.2 -o walker
     """
@@ -88,7 +91,7 @@ def design(
 
 
 def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":
-    """Return the robust problem of a script, with a law; None for another problem, and InputError if it has a law."""
+    """Return the robust problem of a script with the law of --law; None for another problem, which accepts no --law."""
     from dataclasses import replace
 
     from gaitopt.design.robust_problem import RobustProblem

@@ -1,4 +1,4 @@
-"""The page of a saved diagram of periodic gaits, for which the file does not contain robot and law."""
+"""Page of a saved diagram of periodic gaits, whose file contains neither robot nor law."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -27,7 +27,7 @@ def write_page_of_file(file: Path, path: Path, source: Path | None, *, coordinat
     path : Path
         Page.
     source : Path or None
-        Script or saved gait from which the diagram was traced; not needed for a robot of the catalogue without a law.
+        Script or saved gait from which the diagram was traced; optional for a robot of the catalogue without a law.
     coordinate : str or None
         Vertical axis; by default the first coordinate.
 
@@ -90,7 +90,7 @@ def _set_values(problem: "AnyWalkProblem", values: Mapping[str, float]) -> "AnyW
 
 
 def _require_gaits(diagram: "BranchDiagram", problem: "AnyWalkProblem", file: Path, source: Path | None) -> None:
-    """Raise an error unless the first gait of a diagram is a gait of a problem, with the same multipliers."""
+    """Raise InputError unless the first gait of a diagram is a gait of the problem with the same multipliers."""
     from gaitopt.continuation.gait_lookup import gaits_at
 
     branch = next((branch for branch in diagram.branches if branch.values.size), None)

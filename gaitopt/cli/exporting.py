@@ -55,7 +55,7 @@ def plot(
     problem: Annotated[
         Path | None,
         typer.Option(
-            "--problem", metavar="PROBLEM.py|FILE", help="Script or gait from which the diagram of a page was traced."
+            "--problem", metavar="PROBLEM.py|FILE", help="Script or gait of the diagram, needed for its page (.html)."
         ),
     ] = None,
     json: Json = False,
@@ -104,7 +104,7 @@ def animate(
 ) -> None:
     """Animate a gait with its contact force, friction cone, slip marks and current contact mode.
 
-    A gait of several steps is shown once, whatever --steps.
+    A gait of several steps is shown once, regardless of --steps.
 
     Example: gaitopt animate compass_slip.h5 -o slip.mp4
     """

@@ -63,8 +63,8 @@ def tune(
 ) -> None:
     """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed states.
 
-    The gait of a robot with several contacts may also be stated by its problem script, which is then solved; its laws
-    are joint_pd, lqr and step_lqr.
+    For a robot with several contacts, the problem script is accepted in place of the gait file, and is solved first;
+    the laws of such a robot are joint_pd, lqr and step_lqr.
 
     Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.
 
@@ -151,8 +151,8 @@ def push(
     the delay is the age of the state that the law receives.
 
     For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
-    the ground; the noise acts on the actuators with a planned torque. Its gait may also be stated by its problem
-    script, which is then solved.
+    the ground; the noise acts on the actuators with a planned torque.  The problem script is accepted in place of the
+    gait file, and is solved first.
 
     The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
     takes, are reported in open loop (torques replayed) and under the law.

@@ -23,12 +23,12 @@ def read_planar_subject(request: "Request") -> "PlanarWalkProblem | PlanarGait |
     InputError
         If an option does not apply to the source, or the gait is not a solution.
     """
-    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait
     from gaitopt.cli.planar_walks import check_planar_engine
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
-    if optimises_planar(stated):
+    if is_planar_gait(stated):
         check_planar_engine(request.engine)
         return find_planar_gait(stated)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
@@ -50,12 +50,12 @@ def find_planar_basin(
 
     for name in base:
         if name in axes:
-            raise InputError(f"{name} is given by --over and --state; give it once.")
+            raise InputError(f"{name} is stated by both --over and --state; state it once.")
     chosen = law.make(subject) if isinstance(subject, PlanarGait) else None
     return basin(subject, base, axes, law=chosen, **options)
 
 
-def share_of_planar_gait(table: "xr.Dataset", subject: "PlanarWalkProblem | PlanarGait") -> float | None:
+def compute_gait_share(table: "xr.Dataset", subject: "PlanarWalkProblem | PlanarGait") -> float | None:
     """Return the share of the starts that end in a saved gait; None for a script, or if parameters vary."""
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.study.basins.basin_file import basin_key, fraction_at

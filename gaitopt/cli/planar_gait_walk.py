@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 
 
-def optimises_planar(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
-    """Return whether the content of a script or file is an optimised gait of a robot with several contacts."""
+def is_planar_gait(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
+    """Return whether a script or file states an optimal gait of a robot with several contacts."""
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
@@ -26,7 +26,7 @@ def optimises_planar(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
 
 
 def find_planar_gait(stated: "PlanarProblem | PlanarGait") -> "PlanarGait":
-    """Return a gait, or that of a problem, which is solved; raise InputError if it is not a solution."""
+    """Return a gait, or the solved gait of a problem; raise InputError if it is not a solution."""
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_solver import solve_planar
 
@@ -53,12 +53,12 @@ def simulate_planar_gait(
     steps : int
         Number of periods; the simulation ends right after the last one.
     terrain : Terrain, optional
-        The ground on which the walk is simulated; the gait is that on a plane.
+        The ground on which the walk is simulated; the gait is that on plane ground.
 
     Raises
     ------
     InputError
-        If a name is unknown, or no state with the changed values stands on the feet.
+        If a name is unknown, or the feet of the gait cannot stand on the ground in any state with the changed values.
     """
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_simulator import follow
@@ -81,15 +81,15 @@ def _change_start(gait: "PlanarGait", law: "PlanarLaw", y: "Array", changes: Map
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_simulator import follow
     from gaitopt.stability.planar_gaits.planar_section import section_of
-    from gaitopt.stability.planar_gaits.state_change import change_state, check_state_names
+    from gaitopt.stability.planar_gaits.state_change import change_state, check_state_changes
     from gaitopt.status import Stop
 
-    check_state_names(gait.robot, changes)
+    check_state_changes(gait.robot, changes)
     automaton, n = PlanarAutomaton(gait.robot, gait.motion.parameters, law), gait.robot.n_q
     period = follow(automaton, automaton.begin(y[:n], y[n:]), duration=2 * gait.period, until=law.section)
     if period.stop is not Stop.EVENT_REACHED:
         raise InputError(f"The state cannot be changed: the gait does not complete its first step. {period.stop.hint}")
     changed = change_state(section_of(automaton, period), y, changes)
     if changed is None:
-        raise InputError(f"No state near the gait with {dict(changes)} stands on the feet of the gait.")
+        raise InputError(f"No state near the gait with {dict(changes)} has the feet of the gait on the ground.")
     return changed

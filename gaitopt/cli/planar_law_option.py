@@ -83,7 +83,7 @@ class PlanarLawOption:
         return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
 
     def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
-        """Return the law of a file of tuned gains; gains and torque limit of the command replace those of the file."""
+        """Return the law of a file of tuned gains; options of the command replace its gains and its torque limit."""
         from gaitopt.tuning.controller_family import FamilySettings
         from gaitopt.tuning.tuning_file import load_tuning
 

@@ -107,13 +107,13 @@ def report_planar_walk(
 
 
 def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[PlanarMotion], int]:
-    """Return the motion of each step of a walk, and how many are complete: the last one may not be.
+    """Return the motion of each step of a walk, and the number of complete steps: the last one may be incomplete.
 
     Parameters
     ----------
     motion : PlanarMotion
     section : tuple of str
-        Events that end the steps in turn, as returned by :func:`section_events` of the simulation.
+        Events that end the steps in turn, as returned by :func:`list_section_events` of the simulation.
     """
     parts, begin, complete = list[PlanarMotion](), 0, 0
     for k, event in enumerate(motion.events):

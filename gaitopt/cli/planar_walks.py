@@ -32,12 +32,12 @@ def find_planar_gaits(
     InputError
         If an option does not apply to the source, or no gait is found.
     """
-    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait
     from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
-    if optimises_planar(stated):
+    if is_planar_gait(stated):
         _check_options(steps, request.engine)
         gait = find_planar_gait(stated)
         return (assess_planar(gait, law.make(gait)),)
@@ -94,7 +94,7 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
         pad_edge=False,
         show_lines=True,
         title="periodic gaits",
-        caption=f"State right after the event '{cycles[0].section}' and the exchange of the legs. Critical friction: "
+        caption=f"State (SI units, rad) after the event '{cycles[0].section}' and the leg exchange. Critical friction: "
         "lowest friction without slipping.",
         title_justify="left",
         caption_justify="left",

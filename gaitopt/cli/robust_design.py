@@ -57,7 +57,7 @@ def _count(test: "ScenarioTest") -> dict[str, int]:
 
 
 def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: int, json: bool) -> None:
-    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report all of them."""
+    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report the results."""
     from gaitopt.motion.atomic import check_writable
 
     stated = _load_law(stated)
@@ -79,7 +79,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
 
 
 def _load_law(stated: "RobustProblem") -> "RobustProblem":
-    """Return the problem with the function of its law if the law is SCRIPT.py:FUNCTION."""
+    """Return the problem; a law SCRIPT.py:FUNCTION is replaced by this function."""
     from gaitopt.cli.law_option import custom_design, script_function
 
     source = script_function(stated.law) if isinstance(stated.law, str) else None
@@ -103,13 +103,17 @@ def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
 
 
 def _print(result: RobustDesign) -> None:
+    from gaitopt.motion.gait_table import format_objective
+
     plan = result.plan
+    unit = plan.gait.problem.get("objective_unit")
     out.print(str(plan))
-    out.print(f"objective: {plan.gait.solver.objective:.6g}, without scenarios {plan.nominal.solver.objective:.6g}")
+    costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
+    out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:
         out.print("gains: " + ", ".join(f"{name} {value:.4g}" for name, value in plan.gains.items()))
     out.print(f"unseen scenarios: {result.robust}")
-    out.print(f"gait of lowest cost: {result.nominal}")
+    out.print(f"gait of lowest cost in the same scenarios: {result.nominal}")
     for path in result.files:
         report_file(path)
     if not result.files:

@@ -222,7 +222,7 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
 
 def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
-    """Return the gait of a file for a command on feedback, or that of a script on a robot with several contacts.
+    """Return the gait of a file, or of the script of a robot with several contacts, for a command on feedback.
 
     Raises
     ------

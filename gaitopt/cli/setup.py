@@ -59,7 +59,8 @@ def new(
     """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, a
-    copy of the script of a robot, and the file that defines the robot is named.  An existing file is never overwritten.
+    copy of the script of a robot, and the path of the file that defines the robot is printed.  An existing file is
+    never overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """

@@ -79,6 +79,7 @@ def solve(
     gaitopt export, and the differences of its fit from the samples are reported.
 
     Example: gaitopt solve problems/compass_slip.py --set friction=0.2 -o slip.h5
+
     Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
     from gaitopt.cli.failed_solve import is_gait_file
@@ -201,9 +202,10 @@ def show(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Show the contents of a file of any kind as a table, or the problem that a script states as mathematics.
+    """Show the contents of a file of any kind as a table, or the problem of a script as mathematics.
 
     Example: gaitopt show compass_slip.h5 --json
+
     Example: gaitopt show problems/compass_slip.py --set friction=0.2
     """
     from gaitopt.cli.result_output import find_facts, print_result

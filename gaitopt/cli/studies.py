@@ -109,6 +109,7 @@ def sweep(
     The sweep may be interrupted: the same command resumes it.  Exit status 0 if there is a gait, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
+
     Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script

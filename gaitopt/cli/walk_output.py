@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROUNDING, LEAST_STATE = 1e-9, 1e-12
-"""Parts of multipliers, and values of a state, below these are rounding errors: they are printed as 0."""
+"""Magnitudes of parts of multipliers, and of values of a state, below which they are printed as 0."""
 
 
 def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
@@ -54,7 +54,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
 
 
 def format_state(value: float) -> str:
-    """Return a coordinate or rate of a state with 6 digits; values below `LEAST_STATE` are printed as 0.
+    """Return a coordinate or rate of a state with 6 digits; magnitudes below `LEAST_STATE` are printed as 0.
 
     Examples
     --------

@@ -172,24 +172,24 @@ def _planar_walk(
     request: "Request", law: "PlanarLawOption", state: list[str] | None, steps: int, terrain: "Terrain | None"
 ) -> "tuple[PlanarRollout, tuple[str, ...]] | None":
     """Return the walk of a robot with several contacts and the events that end its steps; None for any other robot."""
-    from gaitopt.cli.planar_gait_walk import find_planar_gait, optimises_planar, simulate_planar_gait
+    from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait, simulate_planar_gait
     from gaitopt.cli.planar_walk_output import simulate_planar_walk
     from gaitopt.cli.planar_walks import check_planar_engine
-    from gaitopt.simulation.planar_simulation.planar_simulator import section_events
+    from gaitopt.simulation.planar_simulation.planar_simulator import list_section_events
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
     changes = read_numbers(state, "--state")
-    if optimises_planar(stated):
+    if is_planar_gait(stated):
         check_planar_engine(request.engine)
         gait = find_planar_gait(stated)
         torque = law.make(gait)
         walk = simulate_planar_gait(gait, torque, changes, steps=steps, terrain=terrain)
-        return walk, section_events(gait.robot, torque.section)
+        return walk, list_section_events(gait.robot, torque.section)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         problem = request.problem
         walk = simulate_planar_walk(problem, changes, steps=steps, engine=request.engine, terrain=terrain)
-        return walk, section_events(problem.robot, problem.section)
+        return walk, list_section_events(problem.robot, problem.section)
     return None
 
 

@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 
 NEUTRAL = 1e-6
-"""Largest distance of the spectral radius of a located bifurcation from 1."""
+"""Largest difference from 1 of the spectral radius at a located bifurcation."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -100,7 +100,8 @@ class GaitBranch:
         if self.steps == 1 or self.values.size < 2:
             return np.concatenate([point.z[None], self.orbits[:1, 1:].reshape(-1, point.z.size)])
         rows = np.column_stack([self.values, self.states])
-        scale = np.maximum(np.ptp(rows, axis=0), np.finfo(float).tiny)
+        ranges = np.ptp(rows, axis=0)
+        scale = np.where(ranges > 0, ranges, 1.0)
         distances = np.linalg.norm((rows - np.append(point.value, point.z)) / scale, axis=1)
         lengths = np.linalg.norm(np.diff(rows / scale, axis=0), axis=1)
         k = int(np.argmin(distances[:-1] + distances[1:] - lengths))
@@ -110,10 +111,10 @@ class GaitBranch:
 
 
 def split_branch(branch: GaitBranch, *, joined: bool = True) -> Iterator[tuple[slice, str, bool]]:
-    """Yield the pieces of a branch of equal contact sequence and stability: their points, sequence and stability.
+    """Yield the pieces of a branch with constant contact sequence and stability: points, sequence and stability.
 
-    A bifurcation at which the stability changes is the end of one piece and the start of the next one.  A line between
-    a stable and an unstable gait is that of the unstable one.
+    A bifurcation at which the stability changes is the end of one piece and the start of the next one.  Otherwise, a
+    line between a stable and an unstable gait belongs to the unstable piece.
 
     Parameters
     ----------

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, section_unit
 from gaitopt.continuation.diagram_table import (
-    complex_columns,
     join_rows,
     make_attributes,
     pad_columns,
+    split_complex,
     write_diagram,
 )
 from gaitopt.continuation.special_curve import SpecialCurve
@@ -63,7 +63,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
         "sequence": ("point", _text([name for branch in branches for name in branch.sequences])),
     }
     multipliers = join_rows([pad_columns(branch.multipliers, most) for branch in branches], most)
-    points |= complex_columns("multiplier", ("point", "multiplier"), multipliers)
+    points |= split_complex("multiplier", ("point", "multiplier"), multipliers)
     points["stable"] = ("point", join_rows([branch.stable for branch in branches]).astype(np.int8))
 
     def place(number: int, values: NDArray[Any]) -> NDArray[Any]:
@@ -82,7 +82,7 @@ def diagram_dataset(diagram: BranchDiagram) -> "xr.Dataset":
     }
     for side in ("before", "after"):
         values = _stack([getattr(point, f"multipliers_{side}") for _, point in special], most)
-        places |= complex_columns(f"special_multiplier_{side}", ("special", "multiplier"), values)
+        places |= split_complex(f"special_multiplier_{side}", ("special", "multiplier"), values)
     directions = [
         np.array([]) if point.direction is None else place(number, point.direction) for number, point in special
     ]

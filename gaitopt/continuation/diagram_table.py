@@ -47,7 +47,7 @@ def make_attributes(kind: str, version: int, title: str, facts: dict[str, Any]) 
 
 
 def join_rows(parts: Sequence[NDArray[Any]], columns: int | None = None) -> NDArray[Any]:
-    """Return the rows of all branches as one array; an empty one without branches."""
+    """Return the rows of all branches as one array, which is empty if there are no branches."""
     return np.concatenate(parts) if parts else np.zeros(0 if columns is None else (0, columns))
 
 
@@ -56,6 +56,6 @@ def pad_columns(rows: NDArray[Any], columns: int) -> NDArray[Any]:
     return np.pad(rows, ((0, 0), (0, columns - rows.shape[1])), constant_values=np.nan)
 
 
-def complex_columns(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
-    """Return complex numbers as two columns, as a NetCDF file has none."""
+def split_complex(name: str, dims: tuple[str, str], values: NDArray[Any]) -> dict[str, Any]:
+    """Return complex numbers as two columns, since NetCDF has no complex numbers."""
     return {f"{name}_real": (dims, np.real(values)), f"{name}_imag": (dims, np.imag(values))}

@@ -17,7 +17,7 @@ AMPLITUDES = (1e-3, 3e-4, 3e-3, 1e-2, 1e-4)
 """Scaled distances from a special point at which the other branch is sought, in order."""
 
 SAME_STEP = 1e-3
-"""Largest scaled difference of the steps of both halves of a period that are the same step."""
+"""Largest scaled difference between the steps of two halves of a period that count as equal."""
 
 
 def switch_branch(

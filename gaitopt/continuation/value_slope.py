@@ -6,8 +6,8 @@ from gaitopt.continuation.map_family import MapFamily, MapSample
 from gaitopt.motion.motion import Array
 
 SENSITIVE = 100.0
-"""Entry of the derivative with respect to the state above which the step is shorter in proportion: the curvature of the
-return map grows with this entry."""
+"""Entry of the derivative with respect to the state above which the step is reduced in proportion, since the curvature
+of the return map grows with this entry."""
 
 
 def differentiate_by_value(
@@ -25,7 +25,7 @@ def differentiate_by_value(
     by_z : (n, n) array
         Derivative with respect to z.
     step : float
-        Step of the differences at a gait that is not sensitive, relative to the size of the parameter.
+        Step of the differences for a map of low sensitivity, relative to the size of the parameter.
     """
     h = step * family.value_scale / max(1.0, float(np.max(np.abs(by_z))) / SENSITIVE)
     ends, sides = list[Array](), 0

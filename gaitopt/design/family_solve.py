@@ -95,14 +95,15 @@ def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObse
 
 
 def _advise_bounds(family: Family) -> str:
-    """Return the advice to state bounds instead of values that nearly contradict each other if torques are shared."""
+    """Return the advice to state bounds if torques are shared: exact targets nearly contradict each other."""
     targets = {name: getattr(family.problems[0], name) for name in ("speed", "step_length")}
     exact = {name: value for name, value in targets.items() if isinstance(value, float)}
     if "torques" not in family.shared or not exact:
         return ""
     examples = ", ".join(f"{name}=({0.99 * value:.4g}, {1.01 * value:.4g})" for name, value in exact.items())
     return (
-        f"; one torque profile hardly gives all gaits the same {' and '.join(exact)}: state bounds such as {examples}"
+        f"; with one torque profile, all gaits rarely have exactly the same {' and '.join(exact)}: state bounds "
+        f"such as {examples}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Choice of the law of a robust plan: by name, as a law, or as a function that makes it for a gait."""
+"""Choice of the law of a robust plan: a name, a law, or a function that makes the law of a gait."""
 
 from collections.abc import Callable
 
@@ -37,14 +37,14 @@ def check_law_choice(law: object) -> None:
 
 
 def make_family(law: LawChoice, gait: Gait, limit: TorqueLimit) -> ControllerFamily:
-    """Return the family of laws for a gait; it has no gains if nothing is to be tuned.
+    """Return the family of laws for a gait; it has no gains if the law has none to tune.
 
     Parameters
     ----------
     law : str, Law or callable
     gait : Gait
     limit : float or mapping of actuator to float [N m]
-        Limit of the torques, except those of the open loop and of laws that state their limits.
+        Limit of the torques; the open loop has none, and a law that states its limits keeps them.
 
     Raises
     ------

@@ -52,7 +52,7 @@ class RobustPlan:
     violated : Walk or None
         The worst walk among the candidates that is not survived; None if the plan is robust.
     survived : int
-        Number of candidate scenarios that are survived.
+        Number of candidate scenarios that the gait survives.
 
     Examples
     --------
@@ -220,5 +220,5 @@ def _tune(
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
     if not isinstance(tuned.law, Law):
-        raise InputError(f"No gains of the family {family.name!r} give a law for the gait.")
+        raise InputError(f"No gains of the family {family.name!r} define a law for the gait.")
     return tuned, tuned.law

@@ -77,7 +77,7 @@ class ScenarioTest:
     Examples
     --------
     >>> print(ScenarioTest(20, 8, 20, 9, (), ("friction",)))
-    8 of 20 frictions, 9 of 20 pushes survived
+    8 of 20 friction coefficients, 9 of 20 pushes survived
     """
 
     scenarios: int
@@ -88,7 +88,7 @@ class ScenarioTest:
     varied: tuple[str, ...] = field(default=(), repr=False)
 
     def __str__(self) -> str:
-        noun = "frictions" if self.varied == ("friction",) else "scenarios"
+        noun = "friction coefficients" if self.varied == ("friction",) else "scenarios"
         pushes = f", {self.recovered} of {self.pushed} pushes" if self.pushed else ""
         return f"{self.survived} of {self.scenarios} {noun}{pushes} survived"
 

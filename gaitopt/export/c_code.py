@@ -16,10 +16,10 @@ from gaitopt.export.c_controller import (
     controller_source,
     initialiser,
     law_functions,
-    planar_law_functions,
+    list_law_functions,
 )
 from gaitopt.export.law_robot import require_law, require_planar_law
-from gaitopt.export.planar_c_controller import planar_header, planar_source
+from gaitopt.export.planar_c_controller import write_planar_header, write_planar_source
 from gaitopt.export.planar_python import join_units
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
@@ -43,10 +43,11 @@ def write_c(
     does the same with plain arrays, as a C Caller block of Simulink needs; ``gait_control`` gives the torque for given
     latched values.  The header describes each argument.  The code allocates no memory.
 
-    For a robot with several contacts the code has its equations of motion and its contacts
+    For a robot with several contacts, the code contains its equations of motion and its contacts
     (``gait_dynamics``, ``gait_gaps``, ``gait_rows``, ``gait_arming``, ``gait_energy``).  The controller accepts the
-    state of the robot, whichever leg is in front: ``gait_begin`` is called after every impact that ends a period,
-    ``gait_impact(&state)`` after every other one, and ``gait_step(&state, clock, q, v, torque)`` at every sample.
+    state of the robot, regardless of which leg is in front: ``gait_begin`` is called after every impact that ends a
+    period, ``gait_impact(&state)`` after every other impact, and ``gait_step(&state, clock, q, v, torque)`` at every
+    sample.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def write_c(
 
 @dataclass(frozen=True)
 class _Code:
-    """Content of the files: Functions, declarations and definitions of the controller, and descriptions of it."""
+    """Content of the files: Functions, declarations and definitions of the controller, and its descriptions."""
 
     functions: Sequence[ca.Function]
     declarations: str
@@ -126,9 +127,9 @@ def _planar_code(prefix: str, robot: PlanarRobot, law: object) -> _Code:
     actuators = join_units(robot.actuators, robot.actuator_units) or "no actuator"
     physics = [robot.dynamics, robot.gaps, robot.rows, robot.arming, robot.energy]
     return _Code(
-        functions=[*physics, *planar_law_functions(law)],
-        declarations=planar_header(prefix, robot, law),
-        definitions=planar_source(prefix, robot, law),
+        functions=[*physics, *list_law_functions(law)],
+        declarations=write_planar_header(prefix, robot, law),
+        definitions=write_planar_source(prefix, robot, law),
         law=law.name,
         coordinates=f"{join_units(robot.coordinates, robot.units)}; contacts {', '.join(robot.contact_names)}",
         actuators=f"torque or force of {actuators}",

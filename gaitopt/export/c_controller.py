@@ -25,7 +25,7 @@ def law_functions(law: Law) -> list[ca.Function]:
     return [*functions, law.memory.latch, *([law.memory.reset] if law.memory.events else [])]
 
 
-def planar_law_functions(law: PlanarLaw) -> list[ca.Function]:
+def list_law_functions(law: PlanarLaw) -> list[ca.Function]:
     """Return the Functions of a law to write: the torque of each part, and the latch if it has latched values."""
     functions = []
     for number, part in enumerate(law.parts):

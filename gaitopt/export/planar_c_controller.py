@@ -11,7 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import comment_line
 
 
-def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
+def write_planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the declarations of the controller."""
     first, other = list_sections(robot, law)
     ends = f'"{first}"' if first == other else f'"{first}" and "{other}" in turn'
@@ -22,7 +22,7 @@ def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             *(comment_line(f" *   latched[{i}]  {name}") for i, name in enumerate(law.latched)),
             " */",
             f"typedef struct {{ double latched[{_latched_size(law)}]; int part, periods; }} {prefix}_state;",
-            "/* Call it with the first state, and with that after every impact that ends a period,",
+            "/* Call it with the first state, and with the state after every impact that ends a period,",
             comment_line(f" * of the contact {ends}.") + " */",
             f"{_begin_signature(prefix)};",
             "/* Call it after every other impact of a contact. */",
@@ -39,7 +39,7 @@ def planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     )
 
 
-def planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
+def write_planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the tables of the law and the functions of the controller."""
     coordinates, actuators = list_matrices(robot)
     names = {

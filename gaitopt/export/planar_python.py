@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.export.c_controller import planar_law_functions
+from gaitopt.export.c_controller import list_law_functions
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.version import __version__
@@ -26,7 +26,7 @@ def list_matrices(robot: PlanarRobot) -> tuple[ca.DM, ca.DM]:
     return ca.DM(mirror.coordinates), ca.DM(mirror.actuators.T)
 
 
-def planar_python_module(robot: PlanarRobot, law: PlanarLaw) -> str:
+def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the text of the module."""
     coordinates, actuators = (np.array(matrix) for matrix in list_matrices(robot))
     tables = [part.table.T for part in law.parts]
@@ -45,7 +45,7 @@ def planar_python_module(robot: PlanarRobot, law: PlanarLaw) -> str:
         f"EXCHANGE_U = {write_array(actuators)}.reshape({robot.n_u}, {robot.n_u})",
         f"BREAKPOINTS = [{', '.join(write_array(part.breakpoints) for part in law.parts)}]",
         f"TABLES = [{', '.join(f'{write_array(table)}.reshape{table.shape}' for table in tables)}]",
-        *(f"\n\n{write_function(function, f'_{function.name()}')}" for function in planar_law_functions(law)),
+        *(f"\n\n{write_function(function, f'_{function.name()}')}" for function in list_law_functions(law)),
         f"\n\nTORQUES = [{', '.join(f'_torque_{number}' for number in range(len(law.parts)))}]",
         _CONTROLLER.format(
             values=len(law.latched),
@@ -87,7 +87,7 @@ class Controller:
 
     @property
     def section(self):
-        """Contact whose impact ends the present period."""
+        """Contact whose impact ends the current period."""
         return SECTIONS[bool(self.exchanged)]
 
     def begin(self, q, v):
@@ -109,7 +109,7 @@ class Controller:
         return EXCHANGE_U @ torque if self.exchanged else torque
 
     def _exchange(self, q, v):
-        """Return the state in the names of the plan."""
+        """Return the state in the coordinates of the plan."""
         q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
         if self.exchanged:
             q, v = EXCHANGE_Q @ q, EXCHANGE_Q @ v

@@ -8,7 +8,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import MOST_EVENTS, law_functions
 from gaitopt.export.law_robot import require_law, require_planar_law
-from gaitopt.export.planar_python import planar_python_module
+from gaitopt.export.planar_python import write_planar_module
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
@@ -26,7 +26,7 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     As in C (:func:`gaitopt.write_c`), ``controller.begin(q, v)`` is called with the state after every touchdown and leg
     exchange, and ``controller.step(clock, q, v, slide)`` returns the torques at every sample.
 
-    The controller of a robot with several contacts accepts the state of the robot, whichever leg is in front:
+    The controller of a robot with several contacts accepts the state of the robot, regardless of which leg is in front:
     ``controller.begin(q, v)`` is called with the first state and with that after every impact of the contact
     ``controller.section``, which ends a period and exchanges the legs; ``controller.impact()`` after every other impact
     of a contact; ``controller.step(clock, q, v)`` returns the torques at the time since the period began.
@@ -66,7 +66,7 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     if path.suffix != ".py" or not path.stem.isidentifier():
         raise InputError(f"Cannot write {path}: a Python module needs a file such as controller.py.")
     if isinstance(robot, PlanarRobot):
-        text = planar_python_module(robot, require_planar_law(robot, law))
+        text = write_planar_module(robot, require_planar_law(robot, law))
     else:
         text = _module(robot, require_law(robot, law))
     with write_atomically(path, heading=HEADING) as file:

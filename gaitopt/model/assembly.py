@@ -365,7 +365,7 @@ def _function(label: str, inputs: dict[str, ca.SX], outputs: dict[str, ca.SX], *
 
 
 def _densify(expression: ca.SX | float) -> ca.SX:
-    """Return a dense expression; one that is dense already is not copied, which takes longer than to build it."""
+    """Return a dense expression; one that is dense already is not copied, which would take longer than to build it."""
     matrix = expression if isinstance(expression, ca.SX) else ca.SX(expression)
     return matrix if matrix.is_dense() else ca.densify(matrix)
 

@@ -91,7 +91,7 @@ class AnimationFrame:
 
     @property
     def pace(self) -> str:
-        """The slowness with two digits, without an exponent."""
+        """The slow-motion factor with two digits, without an exponent."""
         return f"{self.slowness:.2g}" if self.slowness < 99.5 else f"{self.slowness:.0f}"
 
 

@@ -206,7 +206,7 @@ class Gait(LazyRecord):
 
     @property
     def objective(self) -> float:
-        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``; nan without one."""
+        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``, or nan."""
         return self.solver.objective
 
     @property

@@ -79,7 +79,7 @@ def _numbers(gait: Gait) -> Facts:
 
 
 def describe_certificate(gait: Gait | PlanarGait) -> Facts:
-    """Return the verdict on the optimum, and its largest relative sensitivities; nothing without a certificate.
+    """Return the verdict on the optimum and its largest relative sensitivities; empty without a certificate.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def _objective_value(gait: Gait) -> Facts:
 
 
 def format_objective(value: float, unit: str | None) -> str:
-    """Return the value of an objective as text, with its unit unless it has none.
+    """Return the value of an objective as text, with its unit if it has one.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def format_objective(value: float, unit: str | None) -> str:
 
 
 def describe_design(gait: Gait | PlanarGait) -> Facts:
-    """Return the optimised parameters with their bounds; nothing without any.
+    """Return the optimised parameters with their bounds; empty if there are none.
 
     Examples
     --------

@@ -142,7 +142,7 @@ class PlanarGait(LazyRecord):
 
     @property
     def objective(self) -> float:
-        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``; nan without one."""
+        """Value of the objective that was minimised, in the unit ``problem["objective_unit"]``, or nan."""
         return self.solver.objective
 
     @property
@@ -154,7 +154,7 @@ class PlanarGait(LazyRecord):
 
     @property
     def design(self) -> dict[str, float]:
-        """Optimised values of the free parameters of the problem by name (SI units); empty without any."""
+        """Optimised values of the free parameters of the problem by name (SI units); empty if there are none."""
         return {name: self.motion.parameters[name] for name in self.problem.get("free") or {}}
 
     @property

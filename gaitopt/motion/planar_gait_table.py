@@ -82,7 +82,7 @@ def _numbers(gait: PlanarGait) -> Facts:
 
 
 def _grid(gait: PlanarGait) -> Facts:
-    """Return the number of intervals of the phases, and the error of the plan between its nodes."""
+    """Return the numbers of intervals of the phases, and the error of the plan between nodes."""
     counts, error = gait.problem.get("intervals") or [], gait.solver.error_between_nodes
     return [("grid", f"{' + '.join(map(str, counts))} intervals, error between nodes {error:.1e}")] if counts else []
 

@@ -103,12 +103,12 @@ def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
 
 
 def _describe_start(table: "xr.Dataset") -> str:
-    """Return the values of the coordinates of all starts that are not axes."""
+    """Return a text with the coordinates of all starts that are not axes, and their values."""
     key = basin_key(table)
     parts = [f"{name.replace('_', ' ')} {value:.4g}" for name, value in key["base"].items()]
     text = f"other coordinates [SI, rad]: {', '.join(parts)}" if parts else ""
     if "gait" in key["method"]:
-        text = f"{text}; the rest near the gait" if text else "other coordinates: near the gait"
+        text = f"{text}; all others: near the gait" if text else "other coordinates: near the gait"
     return textwrap.fill(text, LINE)
 
 

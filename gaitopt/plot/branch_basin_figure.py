@@ -1,4 +1,4 @@
-"""The figure of basins along a branch: shares of the endings and sizes of fatal pushes over the parameter."""
+"""Figure of basins along a branch: shares of the endings and sizes of fatal pushes over the parameter."""
 
 import math
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIGNS = {"backward": "\N{MINUS SIGN}", "forward": "+"}
-"""Sign of the change of a coordinate on each side."""
+"""Sign of the change of a coordinate by side."""
 
 
 @check_arguments
@@ -76,7 +76,7 @@ def plot_branch_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) 
 
 
 def _draw_shares(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
-    """Draw the shares of the endings on top of each other."""
+    """Draw the shares of the endings as stacked areas."""
     labels = [str(label) for label in table.ending.values]
     colors = ending_colors(labels)
     axes.stackplot(

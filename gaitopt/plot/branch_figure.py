@@ -110,7 +110,7 @@ def _title(diagram: BranchDiagram) -> str:
 
 
 def angle_symbol_of(coordinate: str) -> str:
-    r"""Return the symbol of a coordinate of a section; that of a rate has a dot.
+    r"""Return the symbol of a coordinate of a section, with a dot if it is a rate.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def angle_symbol_of(coordinate: str) -> str:
     symbol = angle_symbol(name)
     if name != coordinate and symbol.startswith("$"):
         letter, mark, index = symbol[1:-1].partition("_")
-        return rf"$\dot{{{letter}}}{mark}{index}$"  # over the letter alone, not over its index
+        return rf"$\dot{{{letter}}}{mark}{index}$"  # the dot is over the letter, not over its index
     return symbol if symbol.startswith("$") else coordinate.replace("_", " ")
 
 

@@ -169,7 +169,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
 
 def _wrap_title(line: str, letters: int) -> str:
-    """Return a line of the title wrapped; the bar of an impact stays with the phase before it."""
+    """Return a wrapped line of the title; the bar of an impact stays on the line of the phase before it."""
     return textwrap.fill(line.replace(" |", "\N{NO-BREAK SPACE}|"), letters).replace("\N{NO-BREAK SPACE}", " ")
 
 
@@ -296,7 +296,7 @@ def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
 
 
 def _add_slip_keys(handles: list[Any], labels: list[str], view: MotionView) -> tuple[list[Any], list[str]]:
-    """Return handles and labels of a key with the shading of each kind of slip phase."""
+    """Return handles and labels of a key with the shading of each slip mode added."""
     from matplotlib.patches import Patch
 
     modes = dict.fromkeys(part.mode for part in view.segments if part.slipping)

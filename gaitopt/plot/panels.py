@@ -220,14 +220,14 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
 
 
 def _draw_impulses(axes: "Axes", view: MotionView) -> None:
-    """Draw the ratio of the impulse on each foot at impacts, in the colour of the foot; a key of several is white."""
+    """Draw the impulse ratio of each foot at impacts, in the colour of the foot; the key of several feet is white."""
     label: str | None = "touchdown impulse"
     style: dict[str, Any] = {"markersize": 5, "linestyle": "none", "clip_on": False, "zorder": 6}
     marked = [(event, foot) for event in view.events for foot in view.feet if event.impulses[foot][1] > 0]
     colors = [foot_style(view, foot)["color"] for _, foot in marked]
     if len(set(colors)) > 1:
         key: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": "0.3", "clip_on": True}
-        axes.plot([], [], "D", label=label, **(style | key))  # without clipping, it would take space in the layout
+        axes.plot([], [], "D", label=label, **(style | key))  # clipped, so that it takes no space in the layout
         label = None
     for (event, foot), color in zip(marked, colors, strict=True):
         tangential, normal = event.impulses[foot]

@@ -24,7 +24,7 @@ NAMES = {"friction patch": "loss of friction on a patch"}
 """Titles of the kinds whose name does not state what is measured."""
 
 CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": "0.15", "markersize": 4}
-"""Style of the smallest disturbance that was not survived."""
+"""Style of the mark of the smallest disturbance that the gait does not survive."""
 
 
 @check_arguments

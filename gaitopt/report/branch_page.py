@@ -196,7 +196,7 @@ def _heights(branch: GaitBranch, coordinate: str) -> list[Array]:
 
 
 def _special_heights(branch: GaitBranch, coordinate: str, point: SpecialPoint) -> list[float]:
-    """Return the coordinate at a special point at the start of each step; none if the branch does not have it."""
+    """Return the coordinate at a special point at the start of each step; empty if the branch does not have it."""
     if coordinate not in branch.names:
         return []
     place = branch.names.index(coordinate)

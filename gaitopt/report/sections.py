@@ -173,7 +173,7 @@ def _side_by_side(gaits: Mapping[str, AnyGait]) -> Element:
 
 
 def _join_facts(facts: Facts) -> dict[str, str]:
-    """Return facts by name; those of one name, such as the phases, become one text."""
+    """Return facts by name; facts with the same name, such as phases, are joined to one text."""
     joined: dict[str, list[str]] = {}
     for name, text in facts:
         joined.setdefault(name, []).append(text)

@@ -84,6 +84,9 @@ class EventWatch:
             if previous[i] <= 0:
                 if event.kind is EventKind.TOUCHDOWN:
                     # It starts at zero by definition (both feet on the ground) and is an event only while armed.
+                    risen = find_peak(guard, span, samples)
+                    if risen is not None:
+                        located += self._locate(dense, i, event, (risen, span[1]))
                     continue
                 begin += PROBE_FRACTION * (span[1] - span[0])
                 end = span[1] if values[i] < 0 else None
@@ -96,16 +99,21 @@ class EventWatch:
                         located.append((span[0], i, event))
                         continue
                     begin, end = risen, begin
-            if end is None:
-                continue
-            at = find_root(guard, (begin, end))
-            if event.kind is EventKind.TOUCHDOWN and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
-                continue
-            located.append((at, i, event))
+            if end is not None:
+                located += self._locate(dense, i, event, (begin, end))
         if not located:
             return None, span[1]
         at, _, first = min(located, key=lambda entry: entry[:2])
         return first, at
+
+    def _locate(
+        self, dense: DenseOutput, i: int, event: HybridEvent, span: tuple[float, float]
+    ) -> list[tuple[float, int, HybridEvent]]:
+        """Return the event in a span in which its guard falls through zero; none for a touchdown that is not armed."""
+        at = find_root(functools.partial(self._value, dense, i), span)
+        if event.kind is EventKind.TOUCHDOWN and self._guards(at, dense(at)[: self._size])[1][0] <= 0:
+            return []
+        return [(at, i, event)]
 
     def first_in_step(self, dense: DenseOutput, spans: int) -> tuple[HybridEvent | None, float]:
         """Return the first event in a whole step of the integrator, divided into spans, and its time."""
@@ -169,6 +177,23 @@ def find_dip(
     options = {"xatol": 1e-9 * (span[1] - span[0])}
     minimum = scipy.optimize.minimize_scalar(guard, bounds=span, method="bounded", options=options)
     return float(minimum.x) if minimum.fun < 0 else None
+
+
+def find_peak(
+    guard: Callable[[float], float], span: tuple[float, float], values: tuple[float, float, float]
+) -> float | None:
+    """Return a time in a span at which a guard that is negative at both ends is positive, or None.
+
+    Examples
+    --------
+    >>> height = lambda t: 1e-6 - (t - 0.7) ** 2
+    >>> round(find_peak(height, (0.6, 0.8), (height(0.6), height(0.7), height(0.8))), 6)
+    0.7
+    """
+    if values[0] >= -GUARD_TOLERANCE or values[2] >= 0:
+        return None
+    left, middle, right = values
+    return find_dip(lambda t: -guard(t), span, (-left, -middle, -right))
 
 
 def find_root(guard: Callable[[float], float], span: tuple[float, float]) -> float:

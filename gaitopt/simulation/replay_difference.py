@@ -8,7 +8,7 @@ from gaitopt.motion.planar_motion import PlanarMotion
 
 
 def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> str | None:
-    """Return when a replay first has another event than the plan, and the gap of a contact that closes too early.
+    """Return a text on the first event of a replay that differs from the plan, with the gap of an early contact.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
 
 
 def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: float) -> str:
-    """Return how far a contact is from the ground at a time of the plan, and whether it is armed; empty if closed."""
+    """Return a text on the gap of a contact at a time of the plan and whether it is armed; empty if it is closed."""
     segment = next((each for each in planned.segments if each.time[0] <= time <= each.time[-1]), planned.segments[-1])
     if segment.state.mode(name) is not Mode.FREE:
         return ""

@@ -234,7 +234,7 @@ def draw_pushes(robot: Robot, p: Array, section: Section, test: PushTest) -> Ite
 
 
 def draw_from_ball(spread: Array, test: PushTest) -> Iterator[Array]:
-    """Yield pushes by points of the unit ball, drawn uniformly; `spread` as of a :class:`PushedWalk`."""
+    """Yield pushes from points drawn uniformly in the unit ball; `spread` is that of a :class:`PushedWalk`."""
     rng, size = np.random.default_rng(test.seed), spread.shape[1]
     for _ in range(test.starts):
         direction = rng.normal(size=size)

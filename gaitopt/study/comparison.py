@@ -159,7 +159,7 @@ def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
 
 
 def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
-    """Return gaits as `label_by_sequence` does, with a number if labels still repeat."""
+    """Return gaits labelled as by `label_by_sequence`, with a number added to labels that repeat."""
     for gait in gaits:
         check_gait(gait)
     labels = _describe_gaits(gaits)
@@ -171,7 +171,7 @@ def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
 
 
 def _describe_gaits(gaits: Sequence[Gait]) -> list[str]:
-    """Return the sequence of each gait, followed by what distinguishes it from gaits of the same sequence."""
+    """Return the sequence of each gait, followed by the parameters in which gaits of the same sequence differ."""
     sequences = [str(gait.sequence) for gait in gaits]
     groups = {sequence: [g for g, s in zip(gaits, sequences, strict=True) if s == sequence] for sequence in sequences}
     return [

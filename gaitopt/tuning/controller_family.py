@@ -174,9 +174,9 @@ def controller_family_named(
     """
     settings = FamilySettings(torque_limit=torque_limit)
     if isinstance(motion, PlanarGait):
-        from gaitopt.tuning.planar_families import make_planar_design
+        from gaitopt.tuning.planar_families import make_planar_law_family
 
-        return ControllerFamily(law_name(name), *make_planar_design(law_name(name), motion, torque_limit), settings)
+        return ControllerFamily(law_name(name), *make_planar_law_family(law_name(name), motion, torque_limit), settings)
     if not isinstance(robot, Robot):
         raise InputError("The family of laws of a robot with several contacts needs its PlanarGait, not its motion.")
     return replace(FAMILIES[law_name(name)](robot, motion, torque_limit), settings=settings)

@@ -22,7 +22,7 @@ from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
 
 FIXED_POINT_TOLERANCE = 1e-5
-"""Distance between a point and its image below which the search takes the point as fixed point."""
+"""Distance between a point and its image below which the search accepts the point as a fixed point."""
 
 ANGLE, RATE = 0.1, 0.5
 """Deviations that have equal weight [rad or m; rad/s or m/s]."""
@@ -95,5 +95,5 @@ class PlanarGroundMap:
 
 
 def make_ground_map(gait: AnyGait, ground: Mapping[str, float], engine: Engine | None) -> GroundMap:
-    """Return the return map of a gait on a ground, given by all parameters of the robot and of the ground."""
+    """Return the return map of a gait on a ground, stated by all parameters of the robot and of the ground."""
     return PlanarGroundMap(gait, ground) if isinstance(gait, PlanarGait) else SingleGroundMap(gait, ground, engine)

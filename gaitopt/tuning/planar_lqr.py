@@ -143,7 +143,7 @@ def planar_step_lqr(
 
 @functools.lru_cache(maxsize=4)
 def _assess_windows(gait: PlanarGait, law: PlanarLaw | None, actuators: tuple[str, ...], windows: int) -> PlanarCycle:
-    """Return the gait under a law with zero added torques, whose return map has derivatives by these torques."""
+    """Return the gait under a law with zero added torques, with the derivatives of its return map by these torques."""
     n = 2 * gait.robot.n_q
     return assess_planar(
         gait, _add_feedback(gait, law, actuators, np.zeros(n), np.zeros((windows * len(actuators), n)))

@@ -94,7 +94,7 @@ def test_the_table_lists_sequence_and_multipliers():
         ),
         (("basin", HOPPER, "--over", "knee=0.6:0.7:2"), "has no coordinate or parameter 'knee'"),
         (("basin", HOPPER, "--over", "body=0.6,0.7", "--law", "lqr"), "--law is accepted for a saved gait only"),
-        (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is given by --over and --state"),
+        (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is stated by both --over and --state"),
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),

@@ -52,7 +52,7 @@ def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
     robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
     assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())
-    assert str(robust) == "12 of 12 frictions, 12 of 12 pushes survived"
+    assert str(robust) == "12 of 12 friction coefficients, 12 of 12 pushes survived"
     nominal = check_scenarios(plan.nominal, plan.nominal_law, SCENARIOS, count=12)
     assert nominal.survived < 12
     assert nominal.recovered < 12

@@ -199,5 +199,5 @@ def test_an_infeasible_problem_reports_the_conflict_with_the_parameters_at_their
     limits = PlanarLimits(torque={"ankle B": 0, "ankle A": 0.2, "hip": 0.5})
     failure = solve(PROBLEM.replace(limits=limits, slope=-0.1, free={"hip_mass": (1, 2)}))
     assert failure.status is Status.INFEASIBLE
-    assert failure.solver.message.endswith("with the free parameters at their start")
+    assert failure.solver.message.endswith("with the free parameters at their initial values")
     assert [conflict.name for conflict in failure.solver.conflicts] == ["torque limit of ankle A"]

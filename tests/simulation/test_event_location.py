@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import compass_biped, passive, rimless_wheel, simulate
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped, passive, rimless_wheel, simulate, solve, verify
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.critical_friction import critical_friction
 from gaitopt.stability.return_map import Passage
@@ -48,3 +48,29 @@ def test_short_dip_out_of_the_cone_is_a_slide(engine, excess):
     assert 0.1 < needed.time < 0.5
     walk = simulate(robot, q, v, {"slope": slope, "friction": needed.friction * (1 - excess)}, engine=engine)
     assert [segment.mode.slips for segment in walk.motion.segments][:2] == [False, True]
+
+
+@pytest.mark.slow
+def test_a_foot_that_rises_for_two_milliseconds_lands(engine):
+    """The swing foot is below the ground until 2 ms before its touchdown: the guard rises to 3e-6 and falls again."""
+    values = {"leg_length": 1.80787, "leg_com": 0.844615, "leg_mass": 5.08337, "hip_mass": 3.95648}
+    problem = GaitProblem(
+        robot=compass_biped(),
+        sequence="slip+ stick | slip+",
+        parameters=values,
+        slope=math.radians(0.482792),
+        friction=0.18649,
+        speed=0.844533,
+        step_length=0.50067,
+        limits=Limits(torque=14.3749),
+        objective="torque_rate",
+        transcription=Collocation(intervals=40),
+    )
+    gait = solve(problem)
+    last = gait.motion.segments[-1]
+    guards = [
+        float(gait.robot.touchdown(q, v, gait.robot.vector(gait.motion.parameters))[0])
+        for q, v in zip(last.q.T, last.v.T, strict=True)
+    ]
+    assert max(guards[:-1]) < 1e-5
+    assert verify(gait, engine=engine).verification.passed

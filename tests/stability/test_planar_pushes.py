@@ -13,7 +13,7 @@ from gaitopt.simulation.planar_simulation.planar_delay import DelayedPlanarWalke
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability import assess_planar, assess_stability, find_largest_recovery, measure_recovery
 from gaitopt.stability.gait_recovery import measure_gait_recovery
-from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk, push_weights
+from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk, compute_push_weights
 from gaitopt.stability.planar_gaits.planar_section import section_of
 from gaitopt.stability.planar_gaits.state_change import change_state
 from gaitopt.stability.recovery import draw_from_ball
@@ -57,7 +57,7 @@ def test_a_step_returns_to_the_gait_with_exchanged_legs(walker, cycle):
 
 
 def test_a_push_has_its_size_and_moves_no_foot_off_the_ground(walker, cycle):
-    pushed, weights = PlanarPushedWalk(walker, cycle), push_weights(walker, cycle)
+    pushed, weights = PlanarPushedWalk(walker, cycle), compute_push_weights(walker, cycle)
     # w = sqrt(g / l): coordinates x, y, a, b; the hip of the compass is its highest point
     height = cycle.state["y"]
     root = np.sqrt(cycle.parameters["gravity"] / height)

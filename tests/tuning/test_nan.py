@@ -7,7 +7,7 @@ import pytest
 
 from gaitopt import GainSearchOptions, SensitivityNorm, SpectralRadius, compass_biped
 from gaitopt.progress import silent
-from gaitopt.tuning import controller_family_named, gain_search
+from gaitopt.tuning import controller_family_named, ground_map
 from gaitopt.tuning.gain_search import INFEASIBLE_PENALTY, GainSearch
 
 
@@ -33,11 +33,11 @@ def test_a_trial_that_is_nan_is_not_the_best(search, monkeypatch, values):
 
 @pytest.mark.parametrize("values", [(math.nan, 0.5), (0.5, math.nan)])
 def test_the_worst_ground_is_that_with_nan(search, monkeypatch, values):
-    monkeypatch.setattr(search, "_on_ground", lambda law, k: values[k])
+    monkeypatch.setattr(search, "_on_ground", lambda law, ground: values[search._grounds.index(ground)])
     assert search._value({gain.name: gain.start for gain in search.family.gains}) == math.inf
 
 
 def test_a_return_map_that_is_nan_is_hopeless(search, monkeypatch):
-    monkeypatch.setattr(gain_search.ReturnMap, "derivative", lambda self, z, passage: np.full((6, 6), np.nan))
-    monkeypatch.setattr(gain_search, "one_sided_derivatives", lambda *_: ())
+    monkeypatch.setattr(ground_map.ReturnMap, "derivative", lambda self, z, passage: np.full((6, 6), np.nan))
+    monkeypatch.setattr(ground_map, "one_sided_derivatives", lambda *_: ())
     assert search._value({gain.name: gain.start for gain in search.family.gains}) == INFEASIBLE_PENALTY

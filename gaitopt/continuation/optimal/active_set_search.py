@@ -21,7 +21,7 @@ DISTANCES = (1e-3, 1e-4, 5e-3)
 """Distances beyond a change at which the optimum is sought, relative to the range of the parameter."""
 
 CONTINUOUS = 10.0
-"""Largest scaled change of an unknown over such a distance, relative to its square root."""
+"""Largest scaled change of an unknown over such a distance, relative to the square root of the distance."""
 
 
 def find_optimum(
@@ -54,13 +54,13 @@ def find_optimum(
     return _adjust_active_set(nlp, KktPoint(result.x, scaled[nlp.size :], value), active) if result.status.ok else None
 
 
-def find_beyond(
+def find_optimum_beyond(
     optimum: KktLinearisation, direction: float, limit: float, distances: Sequence[float] = DISTANCES
 ) -> KktLinearisation | None:
-    """Return the optimum a short distance beyond a change of the active set, by a solve from there; None without one.
+    """Return the optimum a short distance beyond a change of the active set, found by a solve; None if there is none.
 
-    Where more constraints are active than their gradients determine, such as over an interval without torque, several
-    of them change together, and those that do are not known from their multipliers, which are not unique.
+    If the gradients of the active constraints are dependent, as over an interval without torque, several constraints
+    change together.  Their multipliers are not unique and do not determine which constraints change.
 
     Parameters
     ----------
@@ -69,19 +69,21 @@ def find_beyond(
     direction : float
         Sign of the change of the parameter.
     limit : float
-        Value of the parameter that is not passed.
+        Bound of the parameter, which the search does not exceed.
     distances : sequence of float
         Distances at which the optimum is sought, relative to the range.
     """
     for distance in distances:
         value = optimum.point.value + direction * distance * optimum.nlp.width
-        after = find_again(optimum, limit if (value - limit) * direction > 0 else value, CONTINUOUS * np.sqrt(distance))
+        after = solve_nearby(
+            optimum, limit if (value - limit) * direction > 0 else value, CONTINUOUS * np.sqrt(distance)
+        )
         if after is not None:
             return after
     return None
 
 
-def find_again(optimum: KktLinearisation, value: float, largest: float) -> KktLinearisation | None:
+def solve_nearby(optimum: KktLinearisation, value: float, largest: float) -> KktLinearisation | None:
     """Return the optimum at a value of the parameter by a solve from one nearby; None if its unknowns differ too much.
 
     Parameters

@@ -9,10 +9,10 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.diagram_table import (
-    complex_columns,
     join_rows,
     make_attributes,
     pad_columns,
+    split_complex,
     write_diagram,
 )
 from gaitopt.continuation.optimal.optimal_branch import (
@@ -91,7 +91,7 @@ def optimal_dataset(diagram: OptimalDiagram) -> "xr.Dataset":
         join_rows([pad_columns(branch.states, size) for branch in branches], size),
     )
     multipliers = join_rows([pad_columns(branch.multipliers, size) for branch in branches], size)
-    points |= complex_columns("multiplier", ("point", "multiplier"), multipliers)
+    points |= split_complex("multiplier", ("point", "multiplier"), multipliers)
     special = [(number, point) for number, branch in enumerate(branches) for point in branch.special]
     for name in SPECIAL:
         column = [getattr(point, name) for _, point in special]

@@ -95,7 +95,7 @@ class ParametricNlp:
         return self.number.change(value)
 
     def locate_sign_changes(self, x: Array) -> "ParametricNlp":
-        """Return the NLP with the sign changes of the joint powers of a solution, about which absolute work is exact.
+        """Return the NLP with the sign changes of the joint powers of a solution, with which absolute work is exact.
 
         Parameters
         ----------

@@ -1,12 +1,13 @@
 """Continuation of the optimality conditions over a parameter, with exact changes of the active set.
 
 Between changes of the active set the optimum is a smooth curve of parameter, unknowns and multipliers.  The predictor
-follows its tangent, Newton's method corrects; requested values of the parameter that a step has passed are interpolated
-and corrected.  If a slack or a multiplier has become negative, its zero is located by
-Newton's method on the conditions extended by this equation; the constraint then enters or leaves the active set, and
-the curve continues with it (Guddat, Guerra Vazquez & Jongen, Parametric Optimization: Singularities, Pathfollowing and
-Jumps, 1990, chapter 2).  If torques may switch on and off, several constraints change together, and the active set
-beyond is that of a solve from there.  At a fold the reduced Hessian is singular and the parameter turns back.
+follows its tangent, and Newton's method corrects; at requested values of the parameter within a step, the optimum is
+interpolated and corrected.  If a slack or a multiplier has become negative, its zero is located by Newton's method on
+the conditions extended by this equation; the constraint then enters or leaves the active set, and the curve continues
+with it (Guddat, Guerra Vazquez & Jongen, Parametric Optimization: Singularities, Pathfollowing and
+Jumps, 1990, chapter 2).  If optimal torques are zero over intervals, several constraints change together, and a solve
+from the point of the change determines the active set beyond it.  At a fold the reduced Hessian is singular and the
+parameter turns back.
 """
 
 import math
@@ -15,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.continuation.optimal.active_set_search import DISTANCES, find_again, find_beyond
+from gaitopt.continuation.optimal.active_set_search import DISTANCES, find_optimum_beyond, solve_nearby
 from gaitopt.continuation.optimal.kkt_correction import (
     Metric,
     at_distance,
@@ -38,7 +39,7 @@ SHORTEST_PIECE = 2e-3
 """Step, relative to the range, below which an optimum of an objective with kinks is found by a solve."""
 
 SAME_OPTIMUM = 0.1
-"""Largest scaled change of an unknown as the sign changes of the joint powers are located again."""
+"""Largest scaled change of an unknown when the sign changes of the joint powers are located again."""
 
 SAME_PLACE = 1e-11
 """Distance, relative to the range, of changes of the active set at the same value of the parameter."""
@@ -118,7 +119,7 @@ class PathFollower:
     def _continue_after(
         self, change: PathChange, point: PathPoint
     ) -> tuple[list[PathChange | PathPoint], PathPoint | None]:
-        """Return what follows a point of the curve at a change, and the point from which it continues, if it does."""
+        """Return the items that follow a change on the curve, and the point from which the curve continues or None."""
         items: list[PathChange | PathPoint]
         if not self._smooth:
             after = self._restart(point, change.optimum)
@@ -297,11 +298,11 @@ class PathFollower:
     def _restart(
         self, point: PathPoint, optimum: KktLinearisation, distances: Sequence[float] = DISTANCES
     ) -> PathPoint | None:
-        """Return a point beyond an optimum in the direction of a point, at most the next sample; None without one."""
+        """Return a point beyond an optimum toward another point, up to the next sample; None if there is none."""
         direction = math.copysign(1.0, point.tangent[1])
         ahead = (self.samples - optimum.point.value) * direction
         limit = float(self.samples[np.argmin(np.where(ahead > 1e-12 * self.nlp.width, ahead, np.inf))])
-        after = find_beyond(optimum, direction, limit, distances)
+        after = find_optimum_beyond(optimum, direction, limit, distances)
         if after is None:
             self.end = "no_convergence"
             return None
@@ -309,7 +310,7 @@ class PathFollower:
 
     def _solve_again(self, point: PathPoint) -> PathPoint:
         """Return a point after its sign changes are located again; the point itself if the solve fails."""
-        optimum = find_again(point.optimum, point.value, SAME_OPTIMUM)
+        optimum = solve_nearby(point.optimum, point.value, SAME_OPTIMUM)
         direction = math.copysign(1.0, point.tangent[1])
         return point if optimum is None else self._depart(optimum, direction, sampled=point.sampled)
 

@@ -1,4 +1,4 @@
-"""Contacts that would close before the planned touchdown: a foot that swings to the ground while it is armed."""
+"""Contacts that would close before the planned touchdown, such as a foot that reaches the ground while armed."""
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -27,9 +27,9 @@ def find_early_touchdowns(
 ) -> dict[int, float]:
     """Return the rows of the gaps that are negative after a contact has touched down too early, and their bounds.
 
-    A contact touches down if its gap falls through zero while its arming condition is positive; it is then below the
-    ground in the following phases, too, until its gap is positive.  The bounds are the clearance, and decrease to zero
-    in the last quarter of the phase.
+    A contact touches down if its gap decreases through zero while its arming condition is positive; it then counts as
+    below the ground, also in the following phases, until its gap is positive.  The bounds are the clearance, and
+    decrease to zero in the last quarter of the phase.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def find_early_touchdowns(
 def find_grazing_contacts(
     transcription: PlanarTranscription, values: dict[str, float], x: Array
 ) -> list[tuple[str, GridPhase]]:
-    """Return the free contacts, and their phases, that are on the ground while armed, without falling through it.
+    """Return the free contacts that are on the ground while armed but do not pass through it, with their phases.
 
-    The least gap between a lift-off and a touchdown is then zero, so that a replay may end the step there.
+    The least gap between lift-off and touchdown is then zero, so a replay may end the step there.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ def _cost_sensitivities(
 
     @functools.cache
     def evaluate_at(numbers: tuple[float, ...]) -> tuple[float, Array]:
-        """Return the values of the NLP, which are the same for all changes of its bounds alone."""
+        """Return the values of the NLP, which do not depend on its bounds."""
         return evaluate_nlp(transcription.nlp, outcome.x, np.array(numbers))
 
     @defer_interrupt()

@@ -83,7 +83,7 @@ class PlanarGuess(ABC):
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """Values from which free parameters start (SI units); those that are missing start from the problem's."""
+        """Initial values of free parameters (SI units); missing ones start from the values of the problem."""
         return {}
 
     @abstractmethod
@@ -222,7 +222,7 @@ class FromPlanarGait(PlanarGuess):
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """Values from which free parameters start: those of the gait (SI units)."""
+        """Initial values of free parameters: those of the gait (SI units)."""
         return self.gait.motion.parameters
 
     def durations(self, setting: PlanarSetting) -> Array:

@@ -182,7 +182,7 @@ def _conclude_with_fixed_parameters(
     observer: Observer,
     solve_once: Callable[[PlanarProblem], PlanarGait],
 ) -> PlanarGait:
-    """Return the conclusion with the free parameters at their start; what suffices then suffices in general."""
+    """Return the conclusion with free parameters at their initial values; limits that suffice then always suffice."""
     start = set_start_parameters(problem).values
     fixed = problem.fix_parameters({name: start[name] for name in problem.free})
     concluded = conclude_planar_failure(fixed, failure, solver, observer, solve_once)
@@ -191,5 +191,5 @@ def _conclude_with_fixed_parameters(
         return gait if gait.status.ok or gait.status is Status.INTERRUPTED else failure
     if not concluded.solver.conflicts:
         return concluded
-    message = f"{concluded.solver.message} with the free parameters at their start"
+    message = f"{concluded.solver.message} with the free parameters at their initial values"
     return concluded.replace_fields(solver=concluded.solver.replace_fields(message=message))

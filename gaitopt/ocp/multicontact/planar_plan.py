@@ -26,7 +26,7 @@ STEPS = 4
 
 
 def plan_parameters(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> dict[str, float]:
-    """Return every parameter by name, the free ones with their optimised values, moved to bounds that they exceed."""
+    """Return every parameter by name; free ones have their optimised values, limited to their bounds."""
     layout, names = transcription.variables, transcription.structure.free
     optimum = x[layout[Unknown.DESIGN][:, 0]].tolist() if names else []
     return clip_values(problem.values | dict(zip(names, optimum, strict=True)), problem.free)

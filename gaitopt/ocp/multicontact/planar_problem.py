@@ -55,8 +55,8 @@ class PlanarProblem:
         Requested value, bounds, or None for a free value [m/s, m].
     free : mapping of str to (float, float)
         Bounds of the parameters of robot and ground that are optimised with the gait: design variables, such as
-        ``{"leg_mass": (1, 4), "slope": (0, 0.1)}``.  Their values above are where the solve starts.  `speed` and
-        `step_length` may be listed, too, instead of a pair above.
+        ``{"leg_mass": (1, 4), "slope": (0, 0.1)}``.  Their initial values are those of the fields above.  `speed`
+        and `step_length` may also be listed here instead of as a pair above.
     objective : Objective or str
         Its integrand takes a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`.
     limits : PlanarLimits
@@ -124,7 +124,7 @@ class PlanarProblem:
         self._check_targets()
 
     def _check_free(self) -> None:
-        """Check the bounds of the free parameters; speed and step length are moved to their fields."""
+        """Check the bounds of the free parameters; bounds of speed and step length become values of their fields."""
         free, fields = separate_targets(self.free, ("speed", "step_length"))
         for name, ends in fields.items():
             object.__setattr__(self, name, ends)
@@ -158,7 +158,7 @@ class PlanarProblem:
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter of robot and ground by name (SI units); of a free one, the value where a solve starts."""
+        """Every parameter of robot and ground by name (SI units); for a free one, its initial value."""
         return {**self.parameters, "slope": self.slope, "friction": self.friction}
 
     @property
@@ -168,7 +168,7 @@ class PlanarProblem:
 
     @property
     def corners(self) -> list[dict[str, float]]:
-        """Values of all parameters where a solve starts, and with free parameters at their bounds."""
+        """Values of all parameters with the free ones at their initial values, and at their bounds."""
         return list(list_corners(self.values, self.free))
 
     @property

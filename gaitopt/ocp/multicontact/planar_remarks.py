@@ -16,7 +16,7 @@ ACTIVE = 1e-4
 """Relative distance from its lower bound within which a normal force is at this bound."""
 
 REPLAYABLE = 1e-6
-"""Error between nodes up to which a replay may pass: the tolerance of its last state."""
+"""Error between nodes up to which a replay may pass: the tolerance of its final state."""
 
 
 def report_inaccuracy(
@@ -57,14 +57,14 @@ def report_inaccuracy(
 
 
 def find_worst_phase(transcription: PlanarTranscription, errors: Array) -> GridPhase:
-    """Return the phase with the largest error between nodes, of the errors (n_phases,) of all phases."""
+    """Return the phase with the largest error between nodes, from the errors of all phases, shape (n_phases,)."""
     return transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]
 
 
 def find_least_forces(transcription: PlanarTranscription, phase: GridPhase, bounds: Bounds, x: Array) -> list[str]:
     """Return the contacts whose normal force is at its lower bound at a node or inner point of a phase.
 
-    Values that both bounds fix, such as the force at lift-off, do not count.
+    Values with equal bounds, such as the force at lift-off, do not count.
 
     Parameters
     ----------
@@ -105,8 +105,9 @@ def report_early_touchdowns(
         sections.setdefault((key.of, replace(place, node=None, between=False)), []).append(row)
     return tuple(
         f"contact {contact!r} touches the ground in {place.label}, at {_time_of(transcription, members[0], x):.4g} s, "
-        f"before its planned touchdown, with a least gap of {float(g[members].min()):.2g}, and a replay ends the step "
-        "there: arm it later (`armed` of the contact), or change PlanarLimits.clearance, step length or speed."
+        f"before its planned touchdown, with a least gap of {float(g[members].min()):.2g} m; a replay ends the step "
+        "there. Use a larger threshold in `armed` of the contact, or change PlanarLimits.clearance, step length or "
+        "speed."
         for (contact, place), members in sections.items()
     )
 
@@ -121,7 +122,8 @@ def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[s
     """
     return tuple(
         f"contact {contact!r} is on the ground and armed in {phase.place().label}, before its planned touchdown, so a "
-        "replay may end the step there: arm it later (`armed` of the contact), or use a larger PlanarLimits.clearance."
+        "replay may end the step there: use a larger threshold in `armed` of the contact, or a larger "
+        "PlanarLimits.clearance."
         for contact, phase in grazing
     )
 

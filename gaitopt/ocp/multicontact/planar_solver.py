@@ -204,7 +204,7 @@ class GridResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Why the plan is inaccurate or its replay may fail, and phases of minimum duration, one sentence each."""
+        """Sentences on inaccuracy of the plan, possible failure of its replay, and phases of minimum duration."""
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()

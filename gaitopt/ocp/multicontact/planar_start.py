@@ -77,7 +77,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
 
 
 def set_start_parameters(problem: PlanarProblem) -> PlanarProblem:
-    """Return a problem whose free parameters have the values of its guess, if it has some."""
+    """Return the problem; its free parameters have the values of its guess, if the guess contains any."""
     known = {name: value for name, value in problem.guess.parameters.items() if name in problem.free}
     return problem.replace(**fix_free_parameters(known, problem.parameters, {}) | {"free": problem.free})
 

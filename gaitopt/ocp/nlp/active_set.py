@@ -258,7 +258,7 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
 
 @functools.cache
 def _row_conditions() -> ca.Function:
-    """Return the Function of one row (value, scaled multiplier, bounds) of which all rows of any NLP are instances.
+    """Return the Function of one row (value, scaled multiplier, bounds), which is evaluated for every row of an NLP.
 
     Its values are whether the row is active, its multiplier, its violation, its entry -D of the matrix, its entry of
     the right-hand side, and its violation if it is not active.
@@ -275,7 +275,7 @@ def _row_conditions() -> ca.Function:
 
 @functools.cache
 def _bound_conditions() -> ca.Function:
-    """Return the Function of one unknown, of which all unknowns of any NLP are instances.
+    """Return the Function of one unknown, which is evaluated for every unknown of an NLP.
 
     Its inputs are the unknown, the derivative of the objective, the product of the multipliers and its column of the
     Jacobian, its bounds, and the size of the objective.  Its values are the multiplier of its bounds, whether it is

@@ -22,7 +22,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
 MANY = 3
-"""Number of variables, as a multiple of the median, beyond which a row is differentiated on its own."""
+"""Number of variables, as a multiple of the median, beyond which a row is differentiated separately."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -55,7 +55,7 @@ class Block:
     intermediates, definitions : SX, shape (i, 1)
         Symbols in cost, penalty and constraints that stand for functions of the local variables, and these functions.
     merged : bool
-        Whether there are few common subexpressions, so that it would take longer to search for them than they cost.
+        Whether there are few common subexpressions, so that the search for them would take longer than they save.
     """
 
     name: str
@@ -108,7 +108,7 @@ class BlockFunctions:
 
     @property
     def has_intermediates(self) -> bool:
-        """Whether there are intermediates, which then are an input of all Functions but :attr:`definitions`."""
+        """Whether there are intermediates, which are then an input of all Functions except :attr:`definitions`."""
         return self._block.intermediates.numel() > 0
 
     @functools.cached_property
@@ -192,9 +192,9 @@ class BlockFunctions:
 
 
 def _differentiate_rows(rows: ca.SX, variables: ca.SX) -> ca.SX:
-    """Return the Jacobian of rows; few rows that depend on many variables are differentiated on their own.
+    """Return the Jacobian of rows; a few rows that depend on many variables are differentiated separately.
 
-    Together they would need as many directional derivatives as the row with the most variables.
+    All rows together would need as many directional derivatives as the row with the most variables.
     """
     counts = np.bincount(ca.jacobian_sparsity(rows, variables).row(), minlength=rows.numel())
     many = counts > MANY * np.median(counts) if counts.size else counts > 0
@@ -257,7 +257,7 @@ def derive_expressions(expressions: _Expressions) -> BlockFunctions:
 
 
 def stack(parts: Sequence[ca.SX]) -> ca.SX:
-    """Return columns below each other; empty columns are left out, and a single one is not copied, to save time."""
+    """Return stacked columns; empty columns are omitted, and a single one is not copied, to save time."""
     filled = [part for part in parts if part.numel()]
     return filled[0] if len(filled) == 1 else ca.vertcat(*filled) if filled else ca.SX(0, 1)
 

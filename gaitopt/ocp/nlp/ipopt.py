@@ -68,7 +68,7 @@ ONE_AT_A_TIME = ForkSafeLock()
 
 @functools.cache
 def _require_memory_of_blas() -> None:
-    """Raise MemoryError, once in a process, unless OpenBLAS can allocate its buffer: it would try again for ever."""
+    """Raise MemoryError, once in a process, if OpenBLAS cannot allocate its buffer: it would retry without end."""
     if hasattr(mmap, "MAP_PRIVATE"):
         try:
             mmap.mmap(-1, BLAS_BUFFER, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()

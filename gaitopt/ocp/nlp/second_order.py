@@ -7,8 +7,8 @@ cost increases at first order in every admissible direction, as at the vertex of
 
 An interior-point method stops at a distance from such a vertex, where many multipliers and slacks are equally small.  A
 linear program in a small box around the solution then determines which constraints are active (crossover).  For the
-same reason a direction of negative curvature shows a saddle only if the cost decreases along it: the slack of a bound
-that is almost active may block one way, and its multiplier the other.
+same reason a direction of negative curvature indicates a saddle only if the cost decreases along it: the cost may
+increase on one side because of the multiplier of an almost active bound, and the bound may exclude the other side.
 """
 
 import math
@@ -54,8 +54,8 @@ NEAR = 1e-4
 """Distance from a bound below which an interior-point method may have left a constraint that is active."""
 
 REACH, LEAST_DECREASE = 0.1, 1e-9
-"""Largest change of an unknown over its typical size along a direction of negative curvature, and least decrease of the
-scaled objective along it that a saddle needs."""
+"""Largest change of an unknown, relative to its typical size, along a direction of negative curvature, and least
+decrease of the scaled objective along it that counts as a saddle."""
 
 PROBES = 16
 """Number of random vectors that are projected onto the null space at a time."""
@@ -176,7 +176,7 @@ class _Conditions:
         if verdict is Verdict.UNDECIDED and _least_curvature(hessian, weakly) < -least:
             if self._decreases(hessian, weakly, least):
                 verdict = Verdict.SADDLE
-            else:  # what an interior-point method has not yet put on its bound is active
+            else:  # constraints that an interior-point method leaves close to their bounds are active
                 basis = _restrict(basis, self._nearly_active())
                 curvature = _least_curvature(hessian, basis)
                 verdict = _judge(curvature, least)
@@ -193,9 +193,9 @@ class _Conditions:
     def _decreases(self, hessian: SparseMatrix, basis: Array, least: float) -> bool:
         """Return whether the cost decreases along a direction of negative curvature, up to the next constraint.
 
-        The slope follows from the multipliers of the constraints that may become inactive.  Where gradients are almost
+        The slope follows from the multipliers of the constraints that may become inactive.  If gradients are almost
         dependent, multipliers are large and a direction satisfies the other constraints with an error; the decrease
-        must exceed what this error may add.
+        must exceed the effect of this error on the cost.
         """
         curvatures, vectors = np.linalg.eigh(basis.T @ hessian.times(basis))
         fixed = self.equal | self.strong
@@ -211,7 +211,7 @@ class _Conditions:
         return False
 
     def _reach(self, direction: Array) -> float:
-        """Return how far a scaled direction leads to the first inactive constraint, all taken as linear."""
+        """Return the length along a scaled direction to the first inactive constraint of the linearised constraints."""
         change = self.gradients.times(self.sizes * direction)
         room = np.where(change > 0, self.upper - self.values, self.values - self.lower)
         moves = ~self.equal & ~self.active & (np.abs(change) > ROUNDING)
@@ -302,7 +302,7 @@ def _restrict(basis: Array, rows: SparseMatrix) -> Array:
 
 
 def _judge(curvature: float, least: float) -> Verdict:
-    """Return the verdict of the least curvature in the free directions; nan if there is none."""
+    """Return the verdict from the least curvature in the free directions, which is nan if there are none."""
     if math.isnan(curvature):
         return Verdict.SHARP
     return Verdict.STRICT if curvature > least else Verdict.UNDECIDED

@@ -9,8 +9,8 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 
-POSES, AT_ONCE = 1024, 64
-"""Numbers of poses at which the sliding inertia is computed, in all and by one call: large maps take long to build."""
+POSES, BATCH = 1024, 64
+"""Numbers of poses at which the sliding inertia is computed, in total and in a batch: large maps take long to build."""
 
 SAMPLING_MARGIN = 0.2
 """Distance from the margin within which the sliding inertia is constrained, to include minima between sampled poses."""
@@ -39,9 +39,9 @@ def _least_sliding_inertia(robot: Robot, p: bytes, angles: tuple[tuple[float, fl
     """Return the least of (S_tt - mu |S_tn|) / S_tt over sampled poses, nan as -inf."""
     lower, upper = np.array(angles).T[:, :, None]
     poses = full_coordinates(lower + (upper - lower) * _shares_of_ranges(len(angles)))
-    function = robot.wellposed.map("wellposed", "serial", AT_ONCE, [1], [])  # all poses have the same parameters
+    function = robot.wellposed.map("wellposed", "serial", BATCH, [1], [])  # all poses have the same parameters
     evaluate = FastCall(function, np.frombuffer(p))
-    parts = np.split(poses.ravel(order="F"), POSES // AT_ONCE)
+    parts = np.split(poses.ravel(order="F"), POSES // BATCH)
     shares = np.concatenate([evaluate(part)[0].copy() for part in parts]).reshape(2, POSES, order="F")
     ratios = shares / shares.mean(axis=0)
     return float(np.nan_to_num(ratios, nan=-np.inf).min())

@@ -47,13 +47,13 @@ class PlanarAutomaton:
     values : mapping of str to float
         All parameters by name.
     torque : Function, PlanarLaw or TorqueSource, optional
-        (t, q, v) -> u, a law, or a source of torques with a memory; by default zero.
+        (t, q, v) -> u, a law, or a source of torques with internal state; by default zero.
     terrain : Terrain, optional
         By default a plane.
     tolerance : float
         Relative tolerance of the integration.
     samples : int, optional
-        Largest number of samples of a phase; a longer one counts as failed.
+        Largest number of samples of a phase; a phase with more samples counts as failed.
 
     Raises
     ------

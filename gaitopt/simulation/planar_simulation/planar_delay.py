@@ -42,7 +42,7 @@ SIMULTANEOUS = 1e-12
 
 
 class _PlanarReading(NamedTuple):
-    """A state (q, v) and its time of arrival; a reading of the section also contains the values latched by the law."""
+    """A state (q, v) and its time of arrival; a reading at the section also contains the latched values of the law."""
 
     arrival: float
     q: Array
@@ -84,7 +84,7 @@ class _ReadTorque(PhaseTorque):
 
 
 class DelayedPlanarWalker:
-    """A walker whose law reads the state with a delay, for one walk; pending readings are kept from step to step.
+    """A walker whose law reads the state with a delay, for one walk; pending readings persist from step to step.
 
     Parameters
     ----------

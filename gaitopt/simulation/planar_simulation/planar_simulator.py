@@ -138,9 +138,10 @@ def follow(
 ) -> PlanarRollout:
     """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
 
-    With several steps, the event `until` ends the first one, that of the other leg the second one, and so on.
+    With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
+    on.
     """
-    ends = () if until is None else section_events(automaton.robot, until)
+    ends = () if until is None else list_section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
     events: list[PlanarEvent] = []
     done = 0
@@ -169,13 +170,13 @@ def follow(
     return PlanarRollout(make_planar_motion(automaton, arcs, events), stop, start, end, tuple(arcs))
 
 
-def section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
-    """Return the events that end the steps of a walk in turn: that of a section, and that of the other leg.
+def list_section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
+    """Return the events that end the steps of a walk in turn: the section event and that of the other leg.
 
     Examples
     --------
     >>> from gaitopt.model import compass_with_two_feet
-    >>> section_events(compass_with_two_feet(), "foot B closes")
+    >>> list_section_events(compass_with_two_feet(), "foot B closes")
     ('foot B closes', 'foot A closes')
     """
     contact, _, happens = section.rpartition(" ")

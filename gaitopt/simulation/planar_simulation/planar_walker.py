@@ -1,4 +1,4 @@
-"""Walks of a planar robot step by step: from right after one section to right after the next one."""
+"""Walks of a planar robot in steps, each from right after one section to right after the next one."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -21,11 +21,12 @@ TOLERANCE = 1e-8
 
 
 SAMPLES = 5000
-"""Largest number of samples of a phase of a walk, about ten times that of a gait: the robot then spins or chatters."""
+"""Largest number of samples of a phase of a walk, about ten times that of a gait; a robot that exceeds it
+spins or chatters."""
 
 
 class PlanarStride(NamedTuple):
-    """One step: its motion, and the state after it or the reason why it has none.
+    """One step: its motion, and the state after it or the reason why the step is incomplete.
 
     Attributes
     ----------
@@ -78,11 +79,11 @@ class PlanarWalker:
 
 
 NO_STEP = {Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
-"""Reasons why a step does not reach its section, by those of the simulation."""
+"""Reasons why a step does not reach its section, by the reasons of the simulation."""
 
 
 def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout:
-    """Return the motion until a section from a state whose closed contacts are known; friction decides their modes."""
+    """Return the motion until a section from a state with known closed contacts, whose modes follow from friction."""
     state = automaton.restart(state)
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
     return follow(automaton, chosen, duration=longest, until=section)

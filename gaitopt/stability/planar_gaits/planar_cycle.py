@@ -68,7 +68,7 @@ class PlanarCycle:
     motion : PlanarMotion
         The period.
     start : PlanarState
-        The state at its beginning with the contact modes there.
+        The state at the start of the gait, with its contact modes.
 
     Examples
     --------

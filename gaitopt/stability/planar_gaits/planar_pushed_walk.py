@@ -40,7 +40,7 @@ class PlanarPushedWalk:
         if stride.stop is not None:
             raise InputError(f"The walker does not complete a step of the gait: {stride.stop.hint}")
         self._section = section_of(walker.automaton, stride.rollout)
-        weighted = push_weights(walker, cycle)[:, None] * cycle.basis
+        weighted = compute_push_weights(walker, cycle)[:, None] * cycle.basis
         self.spread = cycle.basis @ np.linalg.inv(np.linalg.qr(weighted)[1])
 
     def begin(self, push: Array) -> PlanarState:
@@ -57,11 +57,11 @@ class PlanarPushedWalk:
         return worst(np.abs(self._section.project(state.y - self._start.y)))
 
 
-def push_weights(walker: PlanarWalker, cycle: PlanarCycle) -> Array:
+def compute_push_weights(walker: PlanarWalker, cycle: PlanarCycle) -> Array:
     """Return the weight of each coordinate and rate in the size of a push [rad/s], shape (2 n_q,).
 
-    With w = sqrt(g / l) and l the height of the highest point drawn at the start of the gait, an angle has the weight
-    w, its rate 1, a length w / l, and its rate 1 / l.
+    With w = sqrt(g / l), where l is the height of the highest drawn point at the start of the gait, the weights are w
+    for an angle, 1 for its rate, w / l for a length, and 1 / l for its rate.
     """
     robot, p = walker.robot, walker.automaton.p(cycle.start.extended)
     height = float(np.max(np.asarray(robot.figure(cycle.start.q, p))[1]))

@@ -90,7 +90,7 @@ class PlanarSection:
         return deviation
 
     def place(self, y: Array, fixed: Sequence[int]) -> Array:
-        """Return a state on the section near another one: the gaps change the coordinates, the speeds the rates only.
+        """Return a state on the section near another one: coordinates are corrected for gaps, only rates for speeds.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class PlanarSection:
         return y
 
     def violation(self, y: Array) -> Array:
-        """Return the gaps and speeds that are zero on the section, shape (m,)."""
+        """Return the residuals of the gaps and speeds that are zero on the section, shape (m,)."""
         n, rows = self.robot.n_q, self.rows
         gap = self._gaps(y[:n])[0][list(rows.gaps)].copy()
         normal, tangent = (part.reshape(n, -1).T @ y[n:] for part in self._rows(y[:n], y[n:])[:2])

@@ -26,7 +26,7 @@ FORCE = 1e-9
 """Forces and accelerations above minus this share of the weight, or of gravity, count as not negative."""
 
 IMPULSE = 1e-12
-"""Impulses above minus this share of all normal impulses count as not negative."""
+"""Share of all normal impulses below which the magnitude of a negative impulse counts as zero."""
 
 LIGHT = 1e-4
 """Share of the weight below which a foot that reaches the friction cone leaves the ground."""

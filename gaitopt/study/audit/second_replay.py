@@ -38,8 +38,8 @@ START = 1e-6
 """Time after the start of a step during which the feet do not touch down [s]."""
 
 SUMMIT = "summit"
-"""Greatest height of the swing foot above the ground, where the integrator is restarted: it detects no touchdown of a
-foot that rises above the ground and falls within one of its steps."""
+"""Event at the greatest height of the swing foot above the ground.  The integrator is restarted there, because it does
+not detect the touchdown of a foot that rises above the ground and returns within one of its steps."""
 
 
 @dataclass(frozen=True, eq=False)

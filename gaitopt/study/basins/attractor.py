@@ -96,7 +96,7 @@ def classify_planar_walk(
     start : PlanarState
         State right after the section.
     kept : list of int
-        Entries of the state (q, v) that repeat in a gait: all but the place along the ground.
+        Entries of the state (q, v) that repeat in a gait: all except the position along the ground.
     patience : SettlingCriterion
     """
     walk = _StepWalk(walker.stride, lambda state: state.y[kept].tolist(), _are_close, _planar_sequence_of)
@@ -104,7 +104,7 @@ def classify_planar_walk(
 
 
 class _StepWalk(NamedTuple):
-    """How a walk takes steps, and how they are compared.
+    """Functions that take the steps of a walk and compare them.
 
     Attributes
     ----------

@@ -58,8 +58,8 @@ def basin(
         starts.
     fixed : mapping of str to float
         Parameters of robot and ground, and coordinates of the start, that do not vary.  Parameters not named keep their
-        defaults, coordinates not named are 0.  For a robot with several contacts they keep the values of its gait, from
-        which coordinates change as little as possible such that the feet stand on the ground.
+        defaults, coordinates not named are 0.  For a robot with several contacts, coordinates not named have the values
+        of its gait, changed as little as possible such that the feet stand on the ground.
     axes : mapping of str to sequence of float
         One or two names with their values: coordinates of the section after touchdown (``th1``, ``theta_rate``,
         ``foot_speed``, ...) or parameters (``slope``, ``friction``, ...).

@@ -53,7 +53,7 @@ class BasinSource(Protocol):
         ...
 
     def method(self) -> dict[str, Any]:
-        """Return the law, as plain data, and what else determines the walks."""
+        """Return the law and the other data that determine the walks, as plain data."""
         ...
 
     def classifier(self, parameters: Mapping[str, float], patience: SettlingCriterion) -> Classifier:
@@ -71,7 +71,7 @@ class SingleSource:
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """None: the defaults of the robot."""
+        """Empty: the robot has its default parameters."""
         return {}
 
     @functools.cached_property
@@ -81,11 +81,11 @@ class SingleSource:
 
     @property
     def units(self) -> dict[str, str]:
-        """None."""
+        """Empty: the units of all coordinates follow from their names."""
         return {}
 
     def complete(self, fixed: Mapping[str, float]) -> dict[str, float]:
-        """Return the coordinates that are not known as 0."""
+        """Return the coordinates that are not known, with the value 0."""
         return {name: float(fixed.get(name, 0.0)) for name in self.coordinates}
 
     def method(self) -> dict[str, Any]:
@@ -102,7 +102,7 @@ class SingleSource:
 def make_source(
     robot: Robot | PlanarWalkProblem | PlanarGait, law: Law | PlanarLaw | None, engine: Engine | None
 ) -> BasinSource:
-    """Return the walks of a robot under a law; the gait of a robot with several contacts is searched or assessed.
+    """Return the source of walks of a robot under a law; for several contacts, its gait is found or assessed first.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def make_source(
         cycle = next(robot.search(), None)
         if law is not None or cycle is None:
             raise InputError(
-                "A walking problem states its torque itself: omit law."
+                "A walking problem contains its torque; law must be omitted."
                 if law is not None
                 else "No periodic gait was found that completes the starts; try another slope, friction or state."
             )

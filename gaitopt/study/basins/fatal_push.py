@@ -22,7 +22,7 @@ SPREADS = (0.5, 0.25, 0.12, 0.06, 0.03, 0.015, 0.007, 0.003)
 """Standard deviations of the changes of the best direction, one round of the refinement each."""
 
 CLOSE = (0.9, 1.1)
-"""Sizes of pushes between which the edge is sought first, relative to that for a neighbouring gait."""
+"""Sizes of pushes between which the edge is sought first, relative to the size for a neighbouring gait."""
 
 
 @check_arguments
@@ -241,7 +241,7 @@ class _EdgeSearch:
         return math.inf if bracket is None else self._bisect(direction, *bracket)[1]
 
     def _bracket(self, direction: Array, largest: float) -> tuple[float, float] | None:
-        """Return neighbouring sizes, from the first of which the walker returns and from the second of which not."""
+        """Return neighbouring sizes of pushes; the walker returns after the first one and not after the second one."""
         sizes = np.linspace(0, largest, self._search.radii + 1).tolist()
         return next((pair for pair in itertools.pairwise(sizes) if not self._returns(pair[1], direction)), None)
 

@@ -26,7 +26,7 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 NOISE, PARTS = 10.0, 10
-"""Largest standard deviation of the torque noise [N m], and number of its parts of a step."""
+"""Largest standard deviation of the torque noise [N m], and number of intervals of a step with constant noise."""
 
 
 class NoiseRange(NamedTuple):
@@ -45,7 +45,7 @@ class StepWalker(Protocol):
 
 
 class DisturbedGait(Protocol):
-    """A periodic gait under a law, and walkers that are disturbed."""
+    """A periodic gait under a law, and its disturbed walkers."""
 
     @property
     def start(self) -> Any:
@@ -122,7 +122,7 @@ class PlanarDisturbedGait:
 
     @property
     def noise_range(self) -> NoiseRange:
-        """Noise as large as the largest torque of the gait at most."""
+        """Range of the torque noise, at most the largest torque of the gait."""
         return NoiseRange(float(np.max(self._largest)), " or ".join(dict.fromkeys(self.robot.actuator_units)))
 
     def walker(self, changes: Mapping[str, float]) -> PlanarWalker:

@@ -70,7 +70,7 @@ class Front:
         return self.gaits.get(f"{kind}-{point_name(index)}")
 
     def value(self, quantity: Quantity, index: Index) -> float:
-        """Return the value of a quantity at a point; nan without a solved gait or if it is not measured yet."""
+        """Return the value of a quantity at a point; nan if no gait is solved or the quantity is not yet measured."""
         gait = self.gait(index)
         if gait is None or not gait.status.ok:
             return math.nan
