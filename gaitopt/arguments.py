@@ -176,7 +176,8 @@ def _find_unknown_argument(signature: inspect.Signature, name: str, options: dic
         return None
     known = [one.name for one in parameters if one.name != "self" and one.kind is not one.POSITIONAL_ONLY]
     unknown = next((option for option in options if option not in known), None)
-    return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, known)}"
+    public = [one for one in known if not one.startswith("_")]
+    return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, public)}"
 
 
 @functools.lru_cache(maxsize=1024)

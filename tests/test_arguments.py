@@ -124,6 +124,9 @@ def test_an_unknown_keyword_of_a_public_option_is_reported_in_a_sentence(wing):
 def test_an_unknown_keyword_has_the_most_similar_one():
     with pytest.raises(InputError, match=r"Limits has no argument 'torqe'. Did you mean 'torque'\?"):
         Limits(torqe=6)
+    with pytest.raises(InputError, match="Ipopt has no argument 'tolerence'") as of_ipopt:
+        gaitopt.Ipopt(tolerence=1e-8)
+    assert "_deadline" not in str(of_ipopt.value)
     with pytest.raises(InputError, match="Limits has no argument 'torqe'"):
         attrs.evolve(Limits(), torqe=6)
     with pytest.raises(InputError, match=r"load has no argument 'file'. Known: path\."):

@@ -136,10 +136,12 @@ def bound(name: str, lower: float, upper: float, unit: str, symbol: str | None =
     --------
     >>> bound("u", -6, 6, "N m")[0], bound("d", 0.2, math.inf, "m")[0], bound("q", -math.inf, math.inf, "m")
     ('|u| ≤ 6 N m', 'd ≥ 0.2 m', None)
+    >>> bound("u", -0.0, 0.0, "N m")[0]
+    'u = 0 N m'
     """
     symbol = latex_name(name) if symbol is None else symbol
     if lower == upper:
-        text, latex = _quantity(lower, unit)
+        text, latex = _quantity(lower + 0.0, unit)  # without the sign of -0
         return f"{name} = {text}", f"{symbol} = {latex}"
     if math.isinf(lower) and math.isinf(upper):
         return None

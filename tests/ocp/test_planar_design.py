@@ -12,8 +12,10 @@ from gaitopt.model import compass_with_two_feet, monopod
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp import FromPlanarGait, PlanarLimits, PlanarProblem, solve_planar
+from gaitopt.ocp.multicontact import planar_infeasibility
 from gaitopt.ocp.multicontact.planar_certification import list_planar_numbers
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.progress import silent
 from tests.conftest import ROOT
 
 FREE = {"leg_com": (0.4, 1.2), "hip_mass": (1.0, 3.0)}
@@ -109,6 +111,21 @@ def test_sensitivities_are_derivatives_of_solved_problems(gait, name):
 def test_sensitivities_of_a_hop_are_derivatives_of_solved_problems(hopping, name):
     expected = differences(HOP, hopping, name)
     assert hopping.certificate.derivative_of(name) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_failure_is_examined_with_the_parameters_of_the_start(gait, monkeypatch):
+    examined = []
+    monkeypatch.setattr(
+        planar_infeasibility,
+        "conclude_planar_failure",
+        lambda problem, failure, *_: examined.append(problem) or failure,
+    )
+    problem = PROBLEM.replace(guess=FromPlanarGait(gait))
+    failure = gait.replace_fields(status=Status.INFEASIBLE)
+    conclude = planar_infeasibility._conclude_with_fixed_parameters
+    assert conclude(problem, failure, Ipopt(), silent, solve) is failure
+    assert {name: examined[0].values[name] for name in FREE} == gait.design
+    assert not examined[0].free
 
 
 def test_bounds_of_speed_and_step_length_have_sensitivities():

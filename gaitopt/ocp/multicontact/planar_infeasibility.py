@@ -16,7 +16,7 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import list_planar_limits, typical_planar_sizes
-from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -183,7 +183,8 @@ def _conclude_with_fixed_parameters(
     solve_once: Callable[[PlanarProblem], PlanarGait],
 ) -> PlanarGait:
     """Return the conclusion with free parameters at their initial values; limits that suffice then always suffice."""
-    fixed = problem.fix_parameters({name: problem.values[name] for name in problem.free})
+    start = set_start_parameters(problem).values
+    fixed = problem.fix_parameters({name: start[name] for name in problem.free})
     concluded = conclude_planar_failure(fixed, failure, solver, observer, solve_once)
     if concluded.status.ok:
         gait = solve_once(problem.replace(guess=FromPlanarGait(concluded)))

@@ -50,7 +50,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
         Durations of the phases [s], over which the guess is stretched.
     """
     if problem.free:
-        problem = _start_parameters(problem)
+        problem = set_start_parameters(problem)
     layout, setting, builder = transcription.variables, setting_of(problem), transcription.builder
     x, guessed = np.zeros(layout.size), problem.guess.durations(setting)
     durations = guessed if durations is None else durations
@@ -76,7 +76,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
     return x
 
 
-def _start_parameters(problem: PlanarProblem) -> PlanarProblem:
+def set_start_parameters(problem: PlanarProblem) -> PlanarProblem:
     """Return the problem; its free parameters have the values of its guess, if the guess contains any."""
     known = {name: value for name, value in problem.guess.parameters.items() if name in problem.free}
     return problem.replace(**fix_free_parameters(known, problem.parameters, {}) | {"free": problem.free})
