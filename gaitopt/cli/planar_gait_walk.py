@@ -81,10 +81,10 @@ def _change_start(gait: "PlanarGait", law: "PlanarLaw", y: "Array", changes: Map
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_simulator import follow
     from gaitopt.stability.planar_gaits.planar_section import section_of
-    from gaitopt.stability.planar_gaits.state_change import change_state, check_state_names
+    from gaitopt.stability.planar_gaits.state_change import change_state, check_state_changes
     from gaitopt.status import Stop
 
-    check_state_names(gait.robot, changes)
+    check_state_changes(gait.robot, changes)
     automaton, n = PlanarAutomaton(gait.robot, gait.motion.parameters, law), gait.robot.n_q
     period = follow(automaton, automaton.begin(y[:n], y[n:]), duration=2 * gait.period, until=law.section)
     if period.stop is not Stop.EVENT_REACHED:

@@ -100,7 +100,8 @@ class GaitBranch:
         if self.steps == 1 or self.values.size < 2:
             return np.concatenate([point.z[None], self.orbits[:1, 1:].reshape(-1, point.z.size)])
         rows = np.column_stack([self.values, self.states])
-        scale = np.maximum(np.ptp(rows, axis=0), np.finfo(float).tiny)
+        ranges = np.ptp(rows, axis=0)
+        scale = np.where(ranges > 0, ranges, 1.0)
         distances = np.linalg.norm((rows - np.append(point.value, point.z)) / scale, axis=1)
         lengths = np.linalg.norm(np.diff(rows / scale, axis=0), axis=1)
         k = int(np.argmin(distances[:-1] + distances[1:] - lengths))

@@ -306,7 +306,7 @@ def _make_branch(
 ) -> GaitBranch:
     width = ONE_CHANGE * family.value_scale
     merged = merge_changes(special, width, family.classify_names)
-    points = list(_drop_spurious(points, merged, width))
+    points = list(drop_spurious(points, special, merged, width))
     multipliers = np.full((len(points), family.size), np.nan, dtype=complex)
     for row, point in zip(multipliers, points, strict=True):
         row[: point.multipliers.size] = point.multipliers
@@ -323,9 +323,12 @@ def _make_branch(
     )
 
 
-def _drop_spurious(points: Sequence[CurvePoint], special: Sequence[SpecialPoint], width: float) -> Iterator[CurvePoint]:
+def drop_spurious(
+    points: Sequence[CurvePoint], special: Sequence[SpecialPoint], merged: Sequence[SpecialPoint], width: float
+) -> Iterator[CurvePoint]:
     """Yield the points of a branch without those of sequences that exist only within a width beside a special point."""
-    known = {name for each in special for name in (each.before, each.after)}
+    known = {name for each in merged for name in (each.before, each.after)}
+    known |= {name_structure(point.sample.structure) for point in points[:1]}
     for point in points:
         beside = any(abs(point.value - each.value) <= width for each in special)
         if not beside or name_structure(point.sample.structure) in known:

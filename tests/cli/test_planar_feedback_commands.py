@@ -105,6 +105,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
         (("simulate", "--engine", "heyoka"), "--engine must be auto or scipy for a robot with several contacts"),
         (("simulate", "--state", "knee=1"), "has no coordinate or rate 'knee'"),
         (("simulate", "--state", "a=0.3", "--state", "b=0.2", "--state", "y=1"), "No state near the gait"),
+        (("simulate", "--state", "a=nan"), "must have finite values, got a = nan"),
         (("tune", "--law", "push_off"), "'push_off' is not available for robots with several contacts"),
         (("tune", "--stance-angle"), "--stance-angle is not accepted for a robot with several contacts"),
         (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),

@@ -1,6 +1,7 @@
 """Pseudo-arclength continuation on maps whose bifurcations are known in closed form."""
 
 import math
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -10,6 +11,7 @@ from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import has_half_period, switch_branch
+from gaitopt.continuation.tracing import drop_spurious
 from gaitopt.continuation.value_slope import differentiate_by_value
 from tests.continuation.map_examples import ExampleFamily
 
@@ -199,3 +201,19 @@ def test_a_sequence_that_exists_only_within_rounding_errors_is_no_change():
     assert (merged.before, merged.after) == ("a", "c")
     apart = [change(0.1, "a", "b"), change(0.2, "b", "a")]
     assert merge_changes(apart, 1e-9, lambda one, other: SpecialKind.IMPACT_CONE) == apart
+
+
+def test_points_of_a_sequence_within_rounding_errors_are_dropped():
+    none = {"width": 0.0, "z": np.zeros(1), "multipliers_before": np.ones(1), "multipliers_after": np.ones(1)}
+    kind = SpecialKind.IMPACT_CONE
+    changes = [
+        SpecialPoint(kind=kind, value=0.1, before="a", after="b", **none),
+        SpecialPoint(kind=kind, value=0.1 + 1e-12, before="b", after="a", **none),
+    ]
+    points = [
+        SimpleNamespace(value=value, sample=SimpleNamespace(structure=name))
+        for value, name in ((0.05, "a"), (0.1, "a"), (0.1 + 1e-12, "b"), (0.15, "a"))
+    ]
+    merged = merge_changes(changes, 1e-9, lambda one, other: kind)
+    assert merged == []
+    assert [point.value for point in drop_spurious(points, changes, merged, 1e-9)] == [0.05, 0.1, 0.15]

@@ -62,6 +62,18 @@ def test_special_points_of_a_longer_period_are_marked_at_each_step(diagram):
     np.testing.assert_allclose(np.deg2rad(markers[1]), orbit[:, 0])
 
 
+def test_the_orbit_of_a_special_point_is_known_if_a_coordinate_is_constant(diagram):
+    """The speed of a foot that never slips differs from zero by rounding errors only."""
+    branch = diagram.branches[1]
+    (point,) = branch.special_of(SpecialKind.PERIOD_DOUBLING)
+    constant = branch.orbits.copy()
+    constant[..., 0] = 0.0
+    moved = replace(point, z=np.concatenate([[1e-13], point.z[1:]]))
+    orbit = replace(branch, orbits=constant).orbit_of(moved)
+    np.testing.assert_allclose(orbit[1, 1:], branch.orbit_of(point)[1, 1:], atol=1e-6)
+    assert orbit[1, 0] == 0
+
+
 def test_a_stable_line_ends_at_the_bifurcation(diagram):
     branch = diagram.branches[0]
     (point,) = branch.special_of(SpecialKind.PERIOD_DOUBLING)

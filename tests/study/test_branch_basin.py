@@ -113,6 +113,10 @@ def test_basins_of_a_branch_are_stored_drawn_and_printed(wheel_basin, tmp_path, 
     assert first["shares"]["lift_off"] == float(wheel_basin.share.sel(ending="lift_off")[0])
     with pytest.raises(InputError, match="must be that of basins along a branch"):
         plot_branch_basin(stored.drop_vars("edge"))
+    with pytest.raises(InputError, match="must be that of basins along a branch"):
+        save_branch_basin(stored.drop_vars("edge"), tmp_path / "other.nc")
+    with pytest.raises(InputError, match=r"the suffix '\.h5' is not that of a known format"):
+        save_branch_basin(stored, tmp_path / "basin.h5")
 
 
 def test_invalid_requests_are_named():

@@ -70,6 +70,8 @@ def test_the_edge_of_a_basin_is_located(gait):
 def test_a_basin_of_these_robots_refuses_other_laws_and_coordinates(gait):
     with pytest.raises(InputError, match="has no coordinate or parameter 'x'"):
         basin(gait, {}, {"x": [0.0]})
+    with pytest.raises(InputError, match="must have finite values, got a = inf"):
+        basin(gait, {"a": np.inf}, {"b": [0.1]})
     with pytest.raises(InputError, match="needs a PlanarLaw"):
         basin(gait, {}, {"a": [0.1]}, law=passive(compass_biped()))
     with pytest.raises(InputError, match="needs a Law, got the PlanarLaw"):

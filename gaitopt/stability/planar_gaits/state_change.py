@@ -13,13 +13,15 @@ ACCURACY = 1e-9
 """Largest gap and largest speed of the closed contacts of a start [m, m/s]."""
 
 
-def check_state_names(robot: PlanarRobot, names: Mapping[str, float]) -> None:
-    """Raise InputError unless names are those of coordinates or rates of a robot."""
-    for name in names:
+def check_state_changes(robot: PlanarRobot, changes: Mapping[str, float]) -> None:
+    """Raise InputError unless names are those of coordinates or rates of a robot, and values are finite."""
+    for name, value in changes.items():
         if name not in robot.state_names:
             raise InputError(
                 f"Robot {robot.name!r} has no coordinate or rate {name!r}. {suggest(name, robot.state_names)}"
             )
+        if not np.isfinite(value):
+            raise InputError(f"The start must have finite values, got {name} = {value:g}.")
 
 
 def change_state(section: PlanarSection, y: Array, changes: Mapping[str, float]) -> Array | None:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND, VERSION, SIDES = "basins of a branch", 1, ("backward", "forward")
+VARIABLES = {"share", "stable", "push", "change", "edge", "push_ending", "ending", "coordinate", "side"}
 
 SAME = 1e-3
 """Largest difference of the last point of a walk from a gait to which it converged."""
@@ -161,6 +162,12 @@ def _name_ending(ending: WalkEnding, gaits: Mapping[int, tuple[AnyCycle, ...]], 
             if any(np.max(np.abs(ending.z[:count] - point[:count])) < SAME for point in cycle.points):
                 return f"branch {number} ({cycle.sequence})"
     return ending.label
+
+
+def check_branch_basin(table: "xr.Dataset") -> None:
+    """Raise InputError unless a dataset has the variables of basins along a branch."""
+    if VARIABLES - set(table.variables) or table.attrs.get("format") != f"gaitopt {KIND}":
+        raise InputError("The dataset must be that of basins along a branch, as trace_basin returns it.")
 
 
 def _make_dataset(diagram: BranchDiagram, points: list[_BasinPoint]) -> "xr.Dataset":

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitopt.arguments import check_arguments
-from gaitopt.motion.atomic import write_atomically
+from gaitopt.motion.atomic import check_suffix, write_atomically
 from gaitopt.motion.checksum import append_checksum
-from gaitopt.study.basins.branch_basin import KIND, VERSION
+from gaitopt.study.basins.branch_basin import KIND, VERSION, check_branch_basin
 from gaitopt.study.storage.netcdf_file import read_table, write_table
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ def save_branch_basin(table: "xr.Dataset", path: str | Path) -> Path:
 
     Raises
     ------
+    InputError
+        If the dataset is not that of basins along a branch, or the suffix differs.
     ArchiveError
         If the file is not writable or the disk is full.
 
@@ -43,6 +45,8 @@ def save_branch_basin(table: "xr.Dataset", path: str | Path) -> Path:
     True
     """
     path = Path(path)
+    check_suffix(path, {".nc": "basins along a branch"})
+    check_branch_basin(table)
     with write_atomically(path) as temporary:
         write_table(table, temporary, table.nbytes + 100_000)
         append_checksum(temporary)

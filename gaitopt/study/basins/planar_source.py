@@ -17,7 +17,7 @@ from gaitopt.simulation.planar_simulation.planar_state import PlanarArc
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection
-from gaitopt.stability.planar_gaits.state_change import change_state
+from gaitopt.stability.planar_gaits.state_change import change_state, check_state_changes
 from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classify_planar_walk
 from gaitopt.study.basins.basin_source import Classifier
 
@@ -57,7 +57,9 @@ class PlanarSource:
 
     def complete(self, fixed: Mapping[str, float]) -> dict[str, float]:
         """Return the known coordinates; the gait provides the others."""
-        return {name: float(fixed[name]) for name in self.coordinates if name in fixed}
+        known = {name: float(fixed[name]) for name in self.coordinates if name in fixed}
+        check_state_changes(self.robot, known)
+        return known
 
     def method(self) -> dict[str, Any]:
         """Return the torque, the section and the gait."""
