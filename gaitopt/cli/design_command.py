@@ -86,7 +86,7 @@ def design(
         if not ok:
             out.print("not all gaits are solved and verified; nothing was written")
     if result.status is Status.INTERRUPTED:
-        sys.exit(INTERRUPTED)  # the status is in the results already
+        sys.exit(INTERRUPTED)  # the results already contain the status
     raise typer.Exit(0 if ok else 1)
 
 

@@ -214,7 +214,7 @@ def _solve_first(
 def _solve_by_homotopy(problem: GaitProblem, failure: Gait, solver: NlpSolver, observer: SolveObserver) -> Gait | None:
     """Return a gait with the bound on the spectral radius, approached from the initial gait; None if there is none.
 
-    An interrupt is returned as the interrupted failure.
+    After an interrupt, the failed gait is returned with the status of an interrupt.
     """
     if problem.stability is None or not isinstance(problem.guess, WarmStart) or _is_new(problem):
         return None

@@ -107,7 +107,7 @@ def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpl
 
 
 def share_of_clearance(transcription: PlanarTranscription, row: int) -> float:
-    """Return the bound of the row of a gap after an early touchdown, over the clearance.
+    """Return the bound of the gap in a row after an early touchdown, as a fraction of the clearance.
 
     Parameters
     ----------
