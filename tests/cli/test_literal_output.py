@@ -18,6 +18,7 @@ import gaitopt
 from gaitopt import Collocation, assess_stability, load, load_diagram, rimless_wheel, solve
 from gaitopt.cli import (
     audit_command,
+    branch_basin_output,
     design_command,
     feedback_output,
     impact_command,
@@ -238,6 +239,21 @@ def optima():
     )
 
 
+def branch_basin():
+    table = xr.Dataset(
+        {
+            "stable": ("friction", [True]),
+            "share": (("friction", "ending"), [[0.25, 0.75]]),
+            "push": ("friction", [0.2]),
+            "push_ending": ("friction", ["lift off [N]"]),
+            "change": (("friction", "coordinate"), [[0.2]]),
+            "edge": (("friction", "coordinate", "side"), [[[0.3, 0.2]]]),
+        },
+        {"friction": [0.3], "ending": ["gait [1]", "fell [m]"], "coordinate": ["rate [rad/s]"]},
+    )
+    branch_basin_output.print_branch_basin(table)
+
+
 def front():
     columns = {"cost": [1.0, 2.0, 3.0], "peak_torque": [3.0, 2.0, 1.0], "front": [1, 1, 0], "knee": [0, 1, 0]}
     columns |= {"status": ["solved", "solved", "lost [s]"], "reason": ["", "", "no gait [rad]"]}
@@ -279,6 +295,7 @@ TABLES = {
     "print_multistep": multistep,
     "_print_family": family,
     "print_optima": optima,
+    "print_branch_basin": branch_basin,
     "print_diagram": diagram,
     "print_gait": gaits,
     "print_planar_cycles": planar_cycles,
