@@ -9,6 +9,8 @@ from gaitopt.ocp import solve_planar
 from gaitopt.simulation import verify_planar
 from tests.conftest import ROOT
 
+pytestmark = pytest.mark.slow
+
 SEQUENCE = "heel A stick, toe B stick > heel A stick | heel A stick, toe A stick > toe A stick |"
 
 
@@ -17,7 +19,6 @@ def gait():
     return verify_planar(solve_planar(call_script(ROOT / "problems" / "flat_foot.py", [])))
 
 
-@pytest.mark.slow
 def test_it_is_solved_and_its_replay_has_heel_strike_toe_off_foot_flat_and_heel_off(gait):
     assert gait.status.ok, gait.solver.violations
     assert gait.verification.passed, gait.verification.reasons
