@@ -31,7 +31,7 @@ COSTLY = (
 """Files whose tests take ten seconds or more; they come first, so that two processes end together."""
 
 
-SLOW_PAGES = "docs/howto/branches.md", "docs/howto/design.md", "docs/howto/trade_offs.md"
+SLOW_PAGES = "docs/howto/branches.md", "docs/howto/design.md"
 """Pages whose examples count as slow tests."""
 
 
