@@ -111,7 +111,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
         (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),
         (
             ("tune", "--law", "step_lqr", "--torque-limit", 5),
-            "'step_lqr' of a robot with several contacts has no torque",
+            "'step_lqr' of a robot with several contacts accepts no torque",
         ),
         (("push", "--law", "computed_torque"), "There is no feedback law 'computed_torque' for a robot with several"),
         (("basin", "--over", "x=0:1:2"), "has no coordinate or parameter 'x'"),
