@@ -134,12 +134,18 @@ def check_event(robot: PlanarRobot, name: str | None) -> None:
 
 
 def follow(
-    automaton: PlanarAutomaton, state: PlanarState | Stop, *, duration: float, until: str | None = None, steps: int = 1
+    automaton: PlanarAutomaton,
+    state: PlanarState | Stop,
+    *,
+    duration: float,
+    until: str | None = None,
+    steps: int = 1,
+    most_events: int = MAX_EVENTS,
 ) -> PlanarRollout:
     """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
 
     With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
-    on.
+    on.  After `most_events` events the motion ends.
     """
     ends = () if until is None else list_section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
@@ -147,7 +153,7 @@ def follow(
     done = 0
     start = None if isinstance(state, Stop) else state
     end, stop = start, state if isinstance(state, Stop) else Stop.TOO_MANY_EVENTS
-    while end is not None and len(events) < MAX_EVENTS and not _chatters(events):
+    while end is not None and len(events) < most_events and not _chatters(events):
         arc = automaton.flow(end, duration if start is None else start.time + duration)
         arcs.append(arc)
         if arc.ended_by is None:

@@ -19,6 +19,8 @@ LONGEST = 3.0
 TOLERANCE = 1e-8
 """Relative tolerance of the integration of a walk, which is simulated for many steps or from many states."""
 
+MOST_EVENTS = 100
+"""Number of events after which a step ends; a foot that chatters on the ground would otherwise take minutes."""
 
 SAMPLES = 5000
 """Largest number of samples of a phase of a walk, about ten times that of a gait; a robot that exceeds it
@@ -86,7 +88,7 @@ def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str
     """Return the motion until a section from a state with known closed contacts, whose modes follow from friction."""
     state = automaton.restart(state)
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    return follow(automaton, chosen, duration=longest, until=section)
+    return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS)
 
 
 def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
