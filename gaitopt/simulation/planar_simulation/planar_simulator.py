@@ -1,6 +1,7 @@
 """simulate_planar: event-driven simulation of a planar robot with any contacts."""
 
 import functools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -141,11 +142,12 @@ def follow(
     until: str | None = None,
     steps: int = 1,
     most_events: int = MAX_EVENTS,
+    most_samples: float = math.inf,
 ) -> PlanarRollout:
     """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
 
     With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
-    on.  After `most_events` events the motion ends.
+    on.  After `most_events` events, or more than `most_samples` samples, the motion ends.
     """
     ends = () if until is None else list_section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
@@ -154,6 +156,8 @@ def follow(
     start = None if isinstance(state, Stop) else state
     end, stop = start, state if isinstance(state, Stop) else Stop.TOO_MANY_EVENTS
     while end is not None and len(events) < most_events and not _chatters(events):
+        if sum(arc.time.size for arc in arcs) > most_samples:
+            break
         arc = automaton.flow(end, duration if start is None else start.time + duration)
         arcs.append(arc)
         if arc.ended_by is None:

@@ -88,7 +88,7 @@ def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str
     """Return the motion until a section from a state with known closed contacts, whose modes follow from friction."""
     state = automaton.restart(state)
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS)
+    return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS, most_samples=2 * SAMPLES)
 
 
 def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
