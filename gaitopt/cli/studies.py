@@ -104,7 +104,7 @@ def sweep(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the optimal gait of each contact sequence at every point of a grid: the frontier of lowest cost.
+    """Find the optimal gait of each contact sequence at every point of a grid.
 
     The sweep may be interrupted: the same command resumes it.  Exit status 0 if there is a gait, 1 otherwise.
 

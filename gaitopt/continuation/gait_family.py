@@ -127,7 +127,7 @@ class GaitFamily:
         """Return the change of the foot speed over a period of complete slip."""
         if "foot_speed" not in self.names or not slips_completely(sample.structure):
             return {}
-        following = sample.passage.strides[-1].following
+        following = sample.passage.walk_steps[-1].following
         return {"drift_reversal": float(following[self.robot.state_entries.slip_velocity] - z[-1])}
 
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
@@ -270,7 +270,9 @@ def make_gait_family(
 
 def structure_of(passage: Passage) -> Structure:
     """Return contact modes and outcome of the touchdown of each step."""
-    return tuple((stride.modes, stride.impact.mode if stride.impact else None) for stride in passage.strides)
+    return tuple(
+        (walk_step.modes, walk_step.impact.mode if walk_step.impact else None) for walk_step in passage.walk_steps
+    )
 
 
 def slips_completely(structure: object) -> bool:

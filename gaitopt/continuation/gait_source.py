@@ -149,7 +149,7 @@ class WalkGaits(GaitSource):
         walker, section = self._walker_at(value)
         y, motions = section.embed(np.array([state.get(name, 0.0) for name in section.names])), list[AnyMotion]()
         for _ in range(steps):
-            following = walker.stride(y).following
+            following = walker.walk_step(y).following
             if following is None:
                 break
             motions.append(record_walk(walker, y, 1).motion)

@@ -132,10 +132,10 @@ class ScenarioSimulator:
         planned = np.concatenate([first.q[:, 0], first.v[:, 0]])
         state = self._push(planned, scenario)
         for step in range(1, options.steps + 1):
-            stride = walker.stride(state)
-            if stride.following is None:
-                return Walk(scenario, step - 1, math.inf, "" if stride.stop is None else stride.stop.value)
-            state = stride.following
+            walk_step = walker.walk_step(state)
+            if walk_step.following is None:
+                return Walk(scenario, step - 1, math.inf, "" if walk_step.stop is None else walk_step.stop.value)
+            state = walk_step.following
             difference = np.abs((state - planned)[entries])
             distance = worst(difference)
             if distance <= SETTLED * options.tolerance:

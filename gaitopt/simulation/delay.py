@@ -18,7 +18,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Arc, Engine, join_arcs
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.simulation.step_limits import StepLimits
 
 READINGS = 4
@@ -96,13 +96,13 @@ class DelayedWalker:
         """Return the torques at clock times (K,) and states (n_y, K), shape (n_u, K) [N m]."""
         return self._walker.torques(mode, times, states)
 
-    def stride(self, state: Array, *, record: bool = False) -> Stride:
-        """Simulate the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.stride`."""
+    def walk_step(self, state: Array, *, record: bool = False) -> WalkStep:
+        """Simulate the next step of the walk; see :meth:`gaitopt.simulation.hybrid_automaton.Walker.walk_step`."""
         self._begin = True
-        stride = self._walker.stride(state, record=record, flow=self._flow)
-        if stride.following is not None:
-            self._touch_down(stride)
-        return stride
+        walk_step = self._walker.walk_step(state, record=record, flow=self._flow)
+        if walk_step.following is not None:
+            self._touch_down(walk_step)
+        return walk_step
 
     def _flow(self, mode: Mode, clock: float, state: Array, until: float, record: bool) -> Arc:
         """Integrate one contact mode from arrival to arrival."""
@@ -138,12 +138,14 @@ class DelayedWalker:
                 y[4 * n :] = reading.latched
         y[2 * n : 4 * n] = self._reading
 
-    def _touch_down(self, stride: Stride) -> None:
+    def _touch_down(self, walk_step: WalkStep) -> None:
         """Exchange the legs in the pending readings and in the last one, and restart the clock at the touchdown."""
         self._reading = _swap_legs(self.robot, self._reading, self.p)
-        self._latched = stride.arcs[-1][1].states[4 * self.robot.n_q :, -1].copy()
+        self._latched = walk_step.arcs[-1][1].states[4 * self.robot.n_q :, -1].copy()
         self._pending = deque(
-            _Reading(reading.arrival - stride.duration, _swap_legs(self.robot, reading.state, self.p), reading.latched)
+            _Reading(
+                reading.arrival - walk_step.duration, _swap_legs(self.robot, reading.state, self.p), reading.latched
+            )
             for reading in self._pending
         )
 

@@ -172,7 +172,7 @@ def find_dip(
     bend, lean = 2 * (left - 2 * middle + right), right - left
     if bend <= abs(lean) or middle - lean**2 / (4 * bend) > 0.1 * max(left, right):
         return None
-    import scipy.optimize  # whose import takes longer than a stride, and which a stride seldom needs
+    import scipy.optimize  # whose import takes longer than a step, and which a step seldom needs
 
     options = {"xatol": 1e-9 * (span[1] - span[0])}
     minimum = scipy.optimize.minimize_scalar(guard, bounds=span, method="bounded", options=options)

@@ -33,7 +33,7 @@ Flow = Callable[[Mode, float, Array, float, bool], Arc]
 """(mode, clock, y, until, record) -> arc, as :meth:`Engine.flow` for one closed loop."""
 
 
-class Stride(NamedTuple):
+class WalkStep(NamedTuple):
     """One step: its arcs, and the touchdown that ended it or the reason why no touchdown occurred.
 
     Attributes
@@ -148,7 +148,7 @@ class Walker:
         """Return the state y at the start of a step: (q, v), followed by the latched values of the law."""
         return self.memory.begin(state)
 
-    def stride(self, state: Array, *, record: bool = False, flow: Flow | None = None) -> Stride:
+    def walk_step(self, state: Array, *, record: bool = False, flow: Flow | None = None) -> WalkStep:
         """Simulate one step.
 
         Parameters
@@ -179,15 +179,15 @@ class Walker:
             arcs.append((mode, arc))
             event, began, clock, state = arc.event, clock, arc.time.item(-1), arc.states[:, -1].copy()
             if event is None:
-                return Stride(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
+                return WalkStep(tuple(arcs), Stop.NO_TOUCHDOWN, None, None)
             kind = event.kind
             if kind is _TOUCHDOWN:
                 impact, following = self._landing.solve(state[: 2 * self.robot.n_q])
-                return Stride(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
+                return WalkStep(tuple(arcs), None if following is not None else Stop.DOUBLE_SUPPORT, impact, following)
             if kind in STOPS:
                 if kind is _PAINLEVE and clock == began:
                     arcs.pop()  # the mode has no duration
-                return Stride(tuple(arcs), STOPS[kind], None, None)
+                return WalkStep(tuple(arcs), STOPS[kind], None, None)
             if kind is _LAW_EVENT:
                 state = self.memory.apply_event(event.number, clock, state)
                 mode = choose(clock, state)
@@ -198,10 +198,10 @@ class Walker:
             if transition.reset is not None:
                 state = transition.reset @ state
             mode = transition.following or choose(clock, state, leaving=mode)
-        return Stride(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
+        return WalkStep(tuple(arcs), Stop.TOO_MANY_EVENTS, None, None)
 
     def _transition(self, mode: Mode, event: HybridEvent, size: int) -> "_ModeChange":
-        """Return the change of a mode at an event; it is stored for later strides."""
+        """Return the change of a mode at an event; it is stored for later steps."""
         transition = self.robot.contact_model.at(mode, event)
         reset = transition.reset(self._slip_velocity, size)
         kept = np.diag(reset)

@@ -19,7 +19,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
 from gaitopt.simulation.engine_choice import default_engine
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
@@ -152,15 +152,17 @@ def record_walk(walker: Walker | DelayedWalker, state: Array, steps: int) -> Rol
     events: list[Event] = []
     start_time, stop = 0.0, Stop.STEPS_DONE
     for step in range(steps):
-        stride = walker.stride(state, record=True)
-        segments += [_segment(walker, step, start_time, mode, arc) for mode, arc in stride.phases]
-        events += _events(walker.law, stride, step, start_time)
-        start_time += stride.duration
-        if stride.stop is not None or stride.impact is None or stride.following is None:
-            stop = stride.stop or stop
+        walk_step = walker.walk_step(state, record=True)
+        segments += [_segment(walker, step, start_time, mode, arc) for mode, arc in walk_step.phases]
+        events += _events(walker.law, walk_step, step, start_time)
+        start_time += walk_step.duration
+        if walk_step.stop is not None or walk_step.impact is None or walk_step.following is None:
+            stop = walk_step.stop or stop
             break
-        jumps.append(_jump(walker, step, start_time, stride.arcs[-1][1].states[:, -1], stride.impact, stride.following))
-        state = stride.following
+        jumps.append(
+            _jump(walker, step, start_time, walk_step.arcs[-1][1].states[:, -1], walk_step.impact, walk_step.following)
+        )
+        state = walk_step.following
     names = [parameter.name for parameter in walker.robot.parameters]
     values = dict(zip(names, walker.p.tolist(), strict=True))
     motion = make_motion(walker.robot, values, tuple(segments), tuple(jumps))
@@ -219,23 +221,23 @@ def _jump(
     )
 
 
-def _events(law: Law, stride: Stride, step: int, start_time: float) -> list[Event]:
+def _events(law: Law, walk_step: WalkStep, step: int, start_time: float) -> list[Event]:
     """Return the log of a step: every change of mode, events of the law, the touchdown, or the reason of the stop."""
     log = []
-    following = [mode.value for mode, _ in stride.arcs[1:]]
-    for (mode, arc), after in zip(stride.arcs, following, strict=False):
+    following = [mode.value for mode, _ in walk_step.arcs[1:]]
+    for (mode, arc), after in zip(walk_step.arcs, following, strict=False):
         if arc.event is None:
             continue
         by_law = arc.event.kind is EventKind.LAW_EVENT
         name = law.memory.events[arc.event.number] if by_law else arc.event.label
         log.append(Event(start_time + float(arc.time[-1]), step, name, mode.value, after))
-    last = stride.modes[-1].value if stride.arcs else "-"
-    end = start_time + stride.duration
-    if stride.stop is None and stride.impact is not None and stride.impact.mode is not None:
-        impact = stride.impact
+    last = walk_step.modes[-1].value if walk_step.arcs else "-"
+    end = start_time + walk_step.duration
+    if walk_step.stop is None and walk_step.impact is not None and walk_step.impact.mode is not None:
+        impact = walk_step.impact
         after = impact.mode.value if impact.mode else "-"
         impulse = (float(impact.impulse[0]), float(impact.impulse[1]))
         log.append(Event(end, step, "touchdown", last, after, impulse, impact.energy_lost))
-    elif stride.stop is not None:
-        log.append(Event(end, step, stride.stop.key.replace("_", " "), last, "-"))
+    elif walk_step.stop is not None:
+        log.append(Event(end, step, walk_step.stop.key.replace("_", " "), last, "-"))
     return log

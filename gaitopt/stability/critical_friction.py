@@ -72,9 +72,9 @@ def critical_friction(walker: Walker, passage: Passage) -> CriticalFriction:
         Steps that stick throughout.
     """
     n = walker.robot.n_q
-    peaks = [_find_peak(walker, arc) for stride in passage.strides for _, arc in stride.arcs]
+    peaks = [_find_peak(walker, arc) for walk_step in passage.walk_steps for _, arc in walk_step.arcs]
     ratio, time, y = max(peaks, key=lambda peak: peak[0])
-    impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.strides if s.impact is not None]
+    impacts = [abs(s.impact.impulse[0] / s.impact.impulse[1]) for s in passage.walk_steps if s.impact is not None]
     return CriticalFriction(ratio, time, y[: 2 * n], worst(*impacts))
 
 

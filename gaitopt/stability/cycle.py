@@ -140,17 +140,17 @@ def make_cycle(walker: Walker, return_map: ReturnMap, point: FixedPoint) -> Cycl
 
     A gait whose impacts stick, or that slips throughout, is described on the section without foot speed.
     """
-    last = point.passage.strides[-1]
+    last = point.passage.walk_steps[-1]
     if last.impact is None or last.following is None:
         raise InputError("Every step of a gait must end in a touchdown; the last of these steps has none.")
     section, z, derivative = return_map.section, point.z, point.derivative
     speed = walker.robot.state_entries.slip_velocity
-    if section.sliding and all(s.impact is not None and s.impact.mode is Mode.STICK for s in point.passage.strides):
+    if section.sliding and all(s.impact is not None and s.impact.mode is Mode.STICK for s in point.passage.walk_steps):
         section, z, derivative = Section(walker.robot, walker.p, sliding=False), z[:-1], derivative[:-1, :-1]
     motion = record_walk(walker, point.passage.states[0], return_map.steps).motion
     sequences = tuple(sequence for step in range(return_map.steps) if (sequence := motion.sequence(step)) is not None)
     eigenvalues = _eigenvalues(derivative)
-    sticks = all(mode is Mode.STICK for stride in point.passage.strides for mode in stride.modes)
+    sticks = all(mode is Mode.STICK for walk_step in point.passage.walk_steps for mode in walk_step.modes)
     return Cycle(
         robot=walker.robot.name,
         parameters=motion.parameters,

@@ -4,7 +4,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
 from gaitopt.stability.deflation import Deflation
 from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
@@ -87,11 +87,11 @@ def shortest_period(cycle: Cycle, tolerance: float = 1e-6) -> int:
 
 
 def _slips_completely(passage: Passage) -> bool:
-    return all(slips_throughout(stride.modes, _outcome(stride)) for stride in passage.strides)
+    return all(slips_throughout(walk_step.modes, _outcome(walk_step)) for walk_step in passage.walk_steps)
 
 
-def _outcome(stride: Stride) -> Mode | None:
-    return stride.impact.mode if stride.impact is not None else None
+def _outcome(walk_step: WalkStep) -> Mode | None:
+    return walk_step.impact.mode if walk_step.impact is not None else None
 
 
 def _is_standing(walker: Walker, state: Array) -> bool:

@@ -95,7 +95,7 @@ def gain_sensitivity(
     point = _find_neighbour(cycle, law, robot, engine)
     extended = return_map_with(cycle, latch_gains(law, names), robot, engine)
     passage = extended(point.z)
-    effect = Linearisation(extended.walker).latched_effect(passage.states[0], passage.strides[0])
+    effect = Linearisation(extended.walker).latched_effect(passage.states[0], passage.walk_steps[0])
     by_gain = effect[cycle.section.places][:, -len(names) :]
     state: Array = np.asarray(np.linalg.solve(np.eye(point.z.size) - point.derivative, by_gain), dtype=float)
     values, vectors = np.linalg.eig(point.derivative.astype(complex))

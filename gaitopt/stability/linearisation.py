@@ -23,7 +23,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 
 JUMP_THRESHOLD = 1e-7
 """A guard further below zero than this (N, m/s, rad) at its event was crossed by a jump of the law's torque."""
@@ -89,43 +89,43 @@ class Linearisation:
         self._landings: dict[Mode, FastCall] = {}
         self._resets: dict[tuple[Mode, HybridEvent], Array] = {}
 
-    def derivative(self, state: Array, stride: Stride, *, impact: Mode | None = None) -> Array:
+    def derivative(self, state: Array, walk_step: WalkStep, *, impact: Mode | None = None) -> Array:
         """Return d (state after the step) / d (state before it), shape (2 n_q, 2 n_q).
 
         Parameters
         ----------
         state : (2 n_q,) array
             State at the start of the step.
-        stride : Stride
+        walk_step : WalkStep
             Step from this state, ended by a touchdown.
         impact : Mode, optional
             Outcome of the impact instead of the simulated one, for one-sided derivatives on the boundary between two.
         """
-        return self._propagate(stride, self.walker.memory.slope_at_start(state), impact)
+        return self._propagate(walk_step, self.walker.memory.slope_at_start(state), impact)
 
-    def latched_effect(self, state: Array, stride: Stride) -> Array:
+    def latched_effect(self, state: Array, walk_step: WalkStep) -> Array:
         """Return d (state after the step) / d (values latched at its start), shape (2 n_q, n_l)."""
         latched = self.walker.loop.size - state.size
-        return self._propagate(stride, np.eye(state.size + latched, latched, -state.size), None)
+        return self._propagate(walk_step, np.eye(state.size + latched, latched, -state.size), None)
 
-    def saltations(self, stride: Stride, *, impact: Mode | None = None) -> list[Array]:
+    def saltations(self, walk_step: WalkStep, *, impact: Mode | None = None) -> list[Array]:
         """Return the jump of a deviation at each event of a step, (n_y, n_y), and at the touchdown, (2 n_q, n_y).
 
-        Events of the contact and of the law are in the order of ``stride.arcs``.
+        Events of the contact and of the law are in the order of ``walk_step.arcs``.
         """
         matrices = []
-        for (mode, arc), (following, _) in itertools.pairwise(stride.arcs):
+        for (mode, arc), (following, _) in itertools.pairwise(walk_step.arcs):
             matrices.append(self._event(mode, following, arc))
-        outcome = impact or (stride.impact.mode if stride.impact else None)
+        outcome = impact or (walk_step.impact.mode if walk_step.impact else None)
         if outcome is None:
             raise InputError("A step has a derivative only if it ends in a touchdown; this one does not.")
-        mode, arc = stride.arcs[-1]
+        mode, arc = walk_step.arcs[-1]
         return [*matrices, self._touchdown(mode, outcome, arc.time.item(-1), arc.states[:, -1])]
 
-    def _propagate(self, stride: Stride, matrix: Array, impact: Mode | None) -> Array:
+    def _propagate(self, walk_step: WalkStep, matrix: Array, impact: Mode | None) -> Array:
         """Propagate deviations, the columns of a matrix of shape (n_y, k), over a step."""
         walker, clock = self.walker, 0.0
-        for (mode, arc), jump in zip(stride.arcs, self.saltations(stride, impact=impact), strict=True):
+        for (mode, arc), jump in zip(walk_step.arcs, self.saltations(walk_step, impact=impact), strict=True):
             until, start = arc.time.item(-1), arc.states[:, 0]
             if until > clock:
                 flow = walker.engine.sensitivity(walker.loop, mode, clock, start, until=until)

@@ -12,12 +12,14 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.section import Section
 
 
-def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearness: float = 1e-6) -> tuple[Array, ...]:
+def one_sided_derivatives(
+    walker: Walker, state: Array, walk_step: WalkStep, *, nearness: float = 1e-6
+) -> tuple[Array, ...]:
     """Return the derivatives of the return map on the sticking and on the slipping side of the cone's boundary.
 
     Parameters
@@ -25,7 +27,7 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
     walker : Walker
     state : (2 n_q,) array
         The gait's state after touchdown.
-    stride : Stride
+    walk_step : WalkStep
         Step of the gait.
     nearness : float
         Largest distance from the boundary: of the impulse ratio relative to friction, or of the foot speed after a
@@ -36,13 +38,13 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
     tuple of arrays
         Two (n_z, n_z) arrays for the section with foot speed; empty if the impulse is not on the boundary.
     """
-    impact, friction = stride.impact, walker.contact.friction
-    if impact is None or impact.mode is None or stride.following is None or not np.isfinite(friction):
+    impact, friction = walk_step.impact, walker.contact.friction
+    if impact is None or impact.mode is None or walk_step.following is None or not np.isfinite(friction):
         return ()
     ratio = float(impact.impulse[0] / impact.impulse[1])
     if impact.mode.slips:
         # A slipping impulse always lies on the cone; it is near the boundary if the foot is left almost at rest.
-        speed = stride.following[walker.robot.state_entries.slip_velocity]
+        speed = walk_step.following[walker.robot.state_entries.slip_velocity]
         if not abs(speed) <= nearness * np.max(np.abs(impact.v_plus)):
             return ()
     elif not abs(abs(ratio) - friction) <= nearness * friction:
@@ -54,9 +56,9 @@ def one_sided_derivatives(walker: Walker, state: Array, stride: Stride, *, nearn
         z = section.project(state)
         z[-1] = speed
         beside = section.embed(z)
-        stride_beside = walker.stride(beside)
-        if stride_beside.following is None:
+        walk_step_beside = walker.walk_step(beside)
+        if walk_step_beside.following is None:
             return ()
-        matrix = linearisation.derivative(beside, stride_beside, impact=outcome) @ section.tangent(z)
+        matrix = linearisation.derivative(beside, walk_step_beside, impact=outcome) @ section.tangent(z)
         sides.append(matrix[section.places])
     return tuple(sides)

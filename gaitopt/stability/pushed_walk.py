@@ -61,7 +61,7 @@ class SinglePushedWalk:
 
     def take_step(self, state: Array) -> Array | None:
         """Return the state after the next step, or None."""
-        return self._walker.stride(state).following
+        return self._walker.walk_step(state).following
 
     def distance(self, state: Array) -> float:
         """Return the largest difference from the gait."""

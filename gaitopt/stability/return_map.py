@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.section import Section
 from gaitopt.status import Stop
@@ -19,17 +19,17 @@ class Passage:
         Point of the section after the last step; None if a step did not reach its touchdown.
     states : tuple of (2 n_q,) arrays
         State at the start of each step.
-    strides : tuple of Stride
+    walk_steps : tuple of WalkStep
     """
 
     end: Array | None
     states: tuple[Array, ...]
-    strides: tuple[Stride, ...]
+    walk_steps: tuple[WalkStep, ...]
 
     @property
     def stop(self) -> Stop | None:
         """Reason for which the steps ended early, or None."""
-        return self.strides[-1].stop
+        return self.walk_steps[-1].stop
 
 
 class ReturnMap:
@@ -53,19 +53,19 @@ class ReturnMap:
 
     def __call__(self, z: Array) -> Passage:
         """Simulate the steps from a point of the section, shape (n_z,)."""
-        state, states, strides = self.section.embed(z), [], []
+        state, states, walk_steps = self.section.embed(z), [], []
         for _ in range(self.steps):
-            stride = self.walker.stride(state)
+            walk_step = self.walker.walk_step(state)
             states.append(state)
-            strides.append(stride)
-            if stride.following is None:
-                return Passage(None, tuple(states), tuple(strides))
-            state = stride.following
-        return Passage(self.section.project(state), tuple(states), tuple(strides))
+            walk_steps.append(walk_step)
+            if walk_step.following is None:
+                return Passage(None, tuple(states), tuple(walk_steps))
+            state = walk_step.following
+        return Passage(self.section.project(state), tuple(states), tuple(walk_steps))
 
     def derivative(self, z: Array, passage: Passage) -> Array:
         """Return the derivative of the map at the point where a passage starts, shape (n_z, n_z)."""
         matrix = self.section.tangent(z)
-        for state, stride in zip(passage.states, passage.strides, strict=True):
-            matrix = self._linearisation.derivative(state, stride) @ matrix
+        for state, walk_step in zip(passage.states, passage.walk_steps, strict=True):
+            matrix = self._linearisation.derivative(state, walk_step) @ matrix
         return matrix[self.section.places]

@@ -33,12 +33,12 @@ def take_walk(walker: Walker, section: Section, z: Array, steps: int) -> Section
     The walk ends early if a step does not reach its touchdown.
     """
     start = section.embed(z)
-    stride = walker.stride(start)
-    points, following = [z], stride.following
+    walk_step = walker.walk_step(start)
+    points, following = [z], walk_step.following
     while following is not None:
         points.append(section.project(following))
-        following = walker.stride(following).following if len(points) <= steps else None
-    return SectionWalk(np.array(points), Passage(points[1] if len(points) > 1 else None, (start,), (stride,)))
+        following = walker.walk_step(following).following if len(points) <= steps else None
+    return SectionWalk(np.array(points), Passage(points[1] if len(points) > 1 else None, (start,), (walk_step,)))
 
 
 def natural_rate(robot: Robot, p: Array) -> tuple[float, float]:

@@ -67,7 +67,7 @@ class SingleGroundMap:
                 return ()
             z, passage = point.z, point.passage
             self._point = z
-        sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.strides[0])
+        sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.walk_steps[0])
         return tuple(sides or (return_map.derivative(z, passage),))
 
 

@@ -18,7 +18,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter, positive
-from gaitopt.simulation.hybrid_automaton import Stride, Walker, make_walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep, make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import ReturnMap
@@ -149,7 +149,7 @@ def step_lqr(
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
         raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
-    effect = Linearisation(walker).latched_effect(point.passage.states[0], point.passage.strides[0])[section.places]
+    effect = Linearisation(walker).latched_effect(point.passage.states[0], point.passage.walk_steps[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
@@ -158,18 +158,18 @@ def step_lqr(
     return replace(add_feedback(point.z, gain, torque_limit=torque_limit), name="step_lqr")
 
 
-def _first_stride(walker: Walker, motion: Motion) -> Stride:
+def _first_walk_step(walker: Walker, motion: Motion) -> WalkStep:
     """Return the simulated step under the motion's torques, which must have the phases of the motion."""
     first = motion.segments[0]
-    stride = walker.stride(np.concatenate([first.q[:, 0], first.v[:, 0]]))
+    walk_step = walker.walk_step(np.concatenate([first.q[:, 0], first.v[:, 0]]))
     sequence = motion.sequence(first.step)
     planned = None if sequence is None else (*sequence.phases, sequence.impact)
-    outcome = stride.impact.mode if stride.impact is not None else None
-    if stride.following is None or (*stride.modes, outcome) != planned:
+    outcome = walk_step.impact.mode if walk_step.impact is not None else None
+    if walk_step.following is None or (*walk_step.modes, outcome) != planned:
         raise InputError(
             "The replay of the motion's torques must reproduce the motion, but does not; check the gait with verify."
         )
-    return stride
+    return walk_step
 
 
 @functools.lru_cache(maxsize=8)
@@ -178,7 +178,7 @@ def _linearise(robot: Robot, motion: Motion) -> tuple[LinearInterval, ...]:
     entries = robot.state_entries
     indices = [*entries.angles, entries.slip_velocity, *entries.rates]
     walker = make_walker(robot, feedforward(robot, motion), motion.parameters, period=motion.period)
-    jumps = Linearisation(walker).saltations(_first_stride(walker, motion))
+    jumps = Linearisation(walker).saltations(_first_walk_step(walker, motion))
     segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     intervals: list[LinearInterval] = []
     for segment, jump in zip(segments, jumps, strict=True):

@@ -91,7 +91,7 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
     state[2 + compass_biped().n_q] += push
     values = [np.max(np.abs(state - reference)[2:])]
     for step in range(1, steps + 1):
-        following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).stride(state).following
+        following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).walk_step(state).following
         if following is None:
             ended = f"{LABEL.get(name, name)} {'on the patch' if patch else 'after the push'} in step {step}"
             break

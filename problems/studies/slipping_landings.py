@@ -1,6 +1,6 @@
 """Landings that slip in hopping and running, as functions of friction.
 
-Left: a monopod with a spring in its leg hops at 1.5 m/s with strides of 0.6 m and the least squared hip torque and leg
+Left: a monopod with a spring in its leg hops at 1.5 m/s with steps of 0.6 m and the least squared hip torque and leg
 force. Right: a point mass on two telescoping legs, with feet of 5 % of its mass, runs at 1.2 m/s with steps of 1 m and
 the least positive work. The foot that lands sticks, or slips forward until it comes to rest. All gaits keep margins to
 slip, to other outcomes of the impact and to early lift-off. A hollow marker denotes a slip phase of minimum duration,

@@ -1,4 +1,4 @@
-"""One stride of the passive compass as a plain heyoka script, the way one writes it by hand for this one robot.
+"""One step of the passive compass as a plain heyoka script, the way one writes it by hand for this one robot.
 
 Everything is typed in: equations of motion, contact forces, impact, leg swap, contact rules; numbers are baked into the
 compiled code.  The events are those gaitopt watches.  Nothing of gaitopt is used, so it is also an independent check.
@@ -55,13 +55,13 @@ def compile_mode(sign, mu, compact_mode):
 
 
 class BareCompass:
-    """Strides of the passive compass on a slope of one degree."""
+    """Steps of the passive compass on a slope of one degree."""
 
     def __init__(self, mu, *, compact_mode=True):
         self.mu, self.modes = mu, {sign: compile_mode(sign, mu, compact_mode) for sign in (0, 1, -1)}
 
-    def stride(self, state):
-        """Walk from (x, th1, th2, vx, w1, w2); return the next such state and the modes of this stride."""
+    def walk_step(self, state):
+        """Walk from (x, th1, th2, vx, w1, w2); return the next such state and the modes of this step."""
         y, clock, signs = list(state), 0.0, []
         sign = self._sign_at_rest(y) if y[3] == 0 else 1 if y[3] > 0 else -1
         for _ in range(50):
@@ -91,7 +91,7 @@ class BareCompass:
         """Walk some steps; return how many were tried, the last state after one, and why it ended early or None."""
         for step in range(steps):
             try:
-                state, _ = self.stride(state)
+                state, _ = self.walk_step(state)
             except RuntimeError as stop:
                 return step + 1, state, str(stop)
         return steps, state, None

@@ -1,7 +1,7 @@
 """A basin of the passive compass by two processes: ``python -m tests.benchmarks.basin_run gaitopt`` or ``bare``.
 
 10,000 starts about Gait B ("slip+ stick slip- | stick" at friction 0.14) of at most 20 steps each, nine tenths of which
-are walked.  The bare way is a plain process pool, each process with its own compiled integrators and the stride
+are walked.  The bare way is a plain process pool, each process with its own compiled integrators and the step
 written by hand.  Prints, as JSON: seconds with the start of the pool, seconds from the first answer on, processor
 seconds of both processes, steps taken, peak memory of the larger process [MB], and steps and last angle of each start.
 """

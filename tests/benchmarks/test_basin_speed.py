@@ -1,7 +1,7 @@
 """Speed and memory of a basin, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
 Targets, for 10,000 starts of 20 steps with friction events by two processes: at least half the throughput of a plain
-process pool that walks the same steps by hand-written strides on bare heyoka, and less than 1 GB per process.  Wall
+process pool that walks the same steps by hand-written steps on bare heyoka, and less than 1 GB per process.  Wall
 time counts the start of the processes; processor time is what a busy machine leaves comparable.
 """
 
@@ -42,7 +42,7 @@ def test_basin(benchmark):
     figures = {
         "bare_seconds": statistics.median(one["seconds"] for one in runs["bare"]),
         "gaitopt_seconds": statistics.median(one["seconds"] for one in runs["gaitopt"]),
-        "strides_per_second": statistics.median(one["steps"] / one["seconds"] for one in runs["gaitopt"]),
+        "steps_per_second": statistics.median(one["steps"] / one["seconds"] for one in runs["gaitopt"]),
         "wall_to_bare": statistics.median(one["seconds"] / other["seconds"] for one, other in pairs),
         "processor_to_bare": statistics.median(one["processor"] / other["processor"] for one, other in pairs),
         "megabytes": max(one["megabytes"] for one in runs["gaitopt"]),

@@ -67,7 +67,7 @@ def random_states(walker, section):
         size = 3 * natural * abs(section.embed(z)[section.dependent_entry])
         z[count - 1 :] = rng.uniform(-1, 1, count + 1) * size
         z[-1] = z[-1] * height if i % 2 and np.isfinite(walker.contact.friction) else 0.0
-        if walker.stride(section.embed(z)).following is not None:
+        if walker.walk_step(section.embed(z)).following is not None:
             yield z
 
 

@@ -45,7 +45,7 @@ def test_multipliers(benchmark, gait, engine):
     state, times = returning.section.embed(z), {"step": [], "multipliers": []}
 
     def in_turn():
-        times["step"].append(seconds(lambda: walker.stride(state)))
+        times["step"].append(seconds(lambda: walker.walk_step(state)))
         times["multipliers"].append(seconds(lambda: np.linalg.eigvals(returning.derivative(z, returning(z)))))
 
     benchmark.pedantic(in_turn, rounds=rounds, warmup_rounds=3)

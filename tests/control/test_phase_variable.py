@@ -82,15 +82,15 @@ def test_torques_that_jump_at_an_angle_have_their_saltation(compass, engine):
     p = compass.vector(compass.resolve({"slope": 0.0, "friction": 0.5}))
     walker = Walker(compass, law, p, engine)
     start = np.array([0, 0, -0.15, -0.15, 0, 0, 0.8, -0.5])
-    stride, columns, places = walker.stride(start), [], [2, 3, 6, 7]
-    exact = Linearisation(walker).derivative(start, stride)
+    walk_step, columns, places = walker.walk_step(start), [], [2, 3, 6, 7]
+    exact = Linearisation(walker).derivative(start, walk_step)
     for j in places:
         shift = 1e-6 * np.eye(8)[j]
-        ends = [walker.stride(start + sign * shift).following for sign in (1, -1)]
+        ends = [walker.walk_step(start + sign * shift).following for sign in (1, -1)]
         columns.append((ends[0] - ends[1]) / 2e-6)
     assert np.array(columns).T[places] == pytest.approx(exact[np.ix_(places, places)], abs=1e-6)
     jumps = np.diff(
-        [walker.torque(stride.modes[0], 0, np.array([0, 0, th, 0, 0, 0, 1, 0]))[0] for th in (-0.06, 0, 0.07)]
+        [walker.torque(walk_step.modes[0], 0, np.array([0, 0, th, 0, 0, 0, 1, 0]))[0] for th in (-0.06, 0, 0.07)]
     )
     assert jumps.tolist() == [2.0, -2.0]
 

@@ -113,11 +113,11 @@ def test_the_derivative_of_a_step_with_events_is_exact(slip_gait, case):
     exact = returning.derivative(z, passage)
     scale = np.max(np.abs(exact))
     assert reference.derivative(z, reference(z)) == pytest.approx(exact, abs=1e-8 * scale)
-    own = [arc.event for _, arc in passage.strides[0].arcs if arc.event.kind is EventKind.LAW_EVENT]
+    own = [arc.event for _, arc in passage.walk_steps[0].arcs if arc.event.kind is EventKind.LAW_EVENT]
     assert len(own) == {"model": 1, "feedback": 2}.get(case, 3)
     if case == "slip":
-        modes = [mode for (mode, arc) in passage.strides[0].arcs]
-        pushed = next(k for k, (_, arc) in enumerate(passage.strides[0].arcs) if arc.event == law_event(1))
+        modes = [mode for (mode, arc) in passage.walk_steps[0].arcs]
+        pushed = next(k for k, (_, arc) in enumerate(passage.walk_steps[0].arcs) if arc.event == law_event(1))
         assert not modes[pushed].slips
         assert modes[pushed + 1].slips  # the torque jumps out of the friction cone
         exact = exact[:, :3]

@@ -41,7 +41,7 @@ def test_zero_gains_are_the_open_loop(compass, slip_gait, name, engine, index):
     laws = [feedforward(compass, motion), zero_gains(name, compass, motion)]
     if index == "angle":
         laws = [by_stance_angle(compass, motion, law) for law in laws]
-    steps = [Walker(compass, law, p, engine).stride(away(slip_gait)).following for law in laws]
+    steps = [Walker(compass, law, p, engine).walk_step(away(slip_gait)).following for law in laws]
     assert steps[0] == pytest.approx(steps[1], abs=1e-11)
 
 

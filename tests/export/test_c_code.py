@@ -174,9 +174,9 @@ def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass,
     library.pushing_begin.restype = library.pushing_step.restype = library.pushing_update.restype = None
     plain, following, updated, start = np.zeros(6), np.zeros(6), np.zeros(2), 0.0
     for _ in range(2):
-        stride, touchdown = walker.stride(state, record=True), 1.0
+        walk_step, touchdown = walker.walk_step(state, record=True), 1.0
         library.pushing_begin(pointer(memory), pointer(state[:4]), pointer(state[4:]))
-        for mode, arc in stride.arcs:
+        for mode, arc in walk_step.arcs:
             for clock, y in zip(arc.time[1:-1], arc.states.T[1:-1], strict=True):
                 inputs = ctypes.c_double(clock), pointer(y[:4]), pointer(y[4:8]), ctypes.c_double(mode.sign)
                 library.pushing_step(pointer(memory), *inputs, pointer(torque))
@@ -203,7 +203,7 @@ def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass,
                 assert plain[1:] == pytest.approx(memory, abs=1e-9)
                 assert memory == pytest.approx(y[8:], abs=0.01)  # the release is noticed at the next sample
                 states.add(int(np.argmax(memory[:4])))
-        state = stride.following
+        state = walk_step.following
     assert max(differences) < 1e-12
     assert len(differences) > 50
     assert states == ({0, 1, 2, 3} if trigger == "retraction" else {2, 3})

@@ -52,7 +52,7 @@ def test_a_law_with_discrete_states_steps_as_in_the_simulator(tmp_path, compass,
     state = np.concatenate([first.q[:, 0], first.v[:, 0] + np.array([0, 0, 0.01, -0.02])])
     controller.begin(state[:4], state[4:])
     states = set()
-    for mode, arc in walker.stride(state, record=True).arcs:
+    for mode, arc in walker.walk_step(state, record=True).arcs:
         for clock, y in zip(arc.time[1:-1], arc.states.T[1:-1], strict=True):
             torque = controller.step(clock, y[:4], y[4:8], mode.sign)
             assert torque == pytest.approx(np.asarray(walker.torque(mode, clock, y)), abs=1e-12)

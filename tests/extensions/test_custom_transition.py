@@ -146,7 +146,7 @@ def test_the_multipliers_contain_its_saltation():
     returning = ReturnMap(walker, section)
     z = section.project(np.concatenate([first.q[:, 0], first.v[:, 0]]))
     passage = returning(z)
-    assert any(arc.event.name == "adhesion" for _, arc in passage.strides[0].arcs)
+    assert any(arc.event.name == "adhesion" for _, arc in passage.walk_steps[0].arcs)
     exact, step = returning.derivative(z, passage), 1e-6 * np.eye(z.size)
     differences = np.column_stack([(returning(z + h).end - returning(z - h).end) / 2e-6 for h in step])
     np.testing.assert_allclose(exact, differences, atol=1e-6 * np.max(np.abs(exact)))

@@ -38,7 +38,7 @@ def late_walker(gait, law, delay, engine=None):
 def ends(walker, state, steps):
     found = []
     for _ in range(steps):
-        state = walker.stride(state).following
+        state = walker.walk_step(state).following
         found.append(state)
     return np.array(found)
 
@@ -104,6 +104,6 @@ def test_each_walk_remembers_its_own_readings(slip_gait, law):
     walkers = [late_walker(slip_gait, law, 0.05) for _ in range(2)]
     states = [state, state]
     for step in range(steps):  # two walks in turn
-        states = [walker.stride(each).following for walker, each in zip(walkers, states, strict=True)]
+        states = [walker.walk_step(each).following for walker, each in zip(walkers, states, strict=True)]
         assert states[0] == pytest.approx(one[step], abs=1e-12)
         assert states[1] == pytest.approx(one[step], abs=1e-12)

@@ -44,7 +44,7 @@ def test_short_dip_out_of_the_cone_is_a_slide(engine, excess):
     p = robot.vector(robot.resolve({"slope": slope}))
     walker = Walker(robot, passive(robot), p, engine)
     state = np.concatenate([q, v])
-    needed = critical_friction(walker, Passage(None, (state,), (walker.stride(state),)))
+    needed = critical_friction(walker, Passage(None, (state,), (walker.walk_step(state),)))
     assert 0.1 < needed.time < 0.5
     walk = simulate(robot, q, v, {"slope": slope, "friction": needed.friction * (1 - excess)}, engine=engine)
     assert [segment.mode.slips for segment in walk.motion.segments][:2] == [False, True]

@@ -391,7 +391,7 @@ def test_threads_do_not_disturb_each_other():
         walker = Walker(WHEEL, passive(WHEEL), vector(WHEEL, STEEP | {"friction": friction}), FAST)
         y = np.array(wheel_state(0.88, 0.1))
         for _ in range(10):
-            y = walker.stride(y).following
+            y = walker.walk_step(y).following
         y[WHEEL.n_q] = 0.3
         sensitivity = FAST.sensitivity(ClosedLoop(WHEEL, walker.law, walker.p), Mode.SLIP_FORWARD, 0.0, y, until=0.2)
         return np.concatenate([y, sensitivity.ravel()])

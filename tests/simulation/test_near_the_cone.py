@@ -26,7 +26,7 @@ def force_ratio():
 def step_at(excess, engine):
     friction = force_ratio() * (1 - excess)
     p = ROBOT.vector(ROBOT.resolve({"slope": SLOPE, "friction": friction}))
-    return Walker(ROBOT, passive(ROBOT), p, engine).stride(GAIT_A)
+    return Walker(ROBOT, passive(ROBOT), p, engine).walk_step(GAIT_A)
 
 
 @pytest.mark.parametrize("excess", [1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 3e-7, 1e-6, 1e-5])

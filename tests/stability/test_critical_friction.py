@@ -41,17 +41,17 @@ def step(request, compass, cycle, slip_gait):
         state = np.concatenate([first.q[:, 0], [0.0, 0.0], first.v[2:, 0]])
     p = compass.vector({**parameters, "friction": math.inf})
     walker = Walker(compass, law, p, CountingEngine())
-    stride = walker.stride(state)
-    assert stride.modes == (Mode.STICK,)
+    walk_step = walker.walk_step(state)
+    assert walk_step.modes == (Mode.STICK,)
     walker.engine.seconds = 0.0
-    return walker, Passage(None, (state,), (stride,))
+    return walker, Passage(None, (state,), (walk_step,))
 
 
 def test_each_step_is_integrated_about_once(step):
     """It once was integrated from its start to each of sixty instants."""
     walker, passage = step
     critical_friction(walker, passage)
-    assert walker.engine.seconds < 2 * passage.strides[0].duration
+    assert walker.engine.seconds < 2 * passage.walk_steps[0].duration
 
 
 def test_no_sample_of_the_step_needs_more(step):
@@ -59,7 +59,7 @@ def test_no_sample_of_the_step_needs_more(step):
     found = critical_friction(walker, passage)
     robot, n = walker.robot, walker.robot.n_q
     arc = ScipyEngine(samples=40).flow(
-        walker.loop, Mode.STICK, 0.0, passage.states[0], until=passage.strides[0].duration, record=True
+        walker.loop, Mode.STICK, 0.0, passage.states[0], until=passage.walk_steps[0].duration, record=True
     )
     ratios = []
     for t, y in zip(arc.time, arc.states.T, strict=True):
@@ -86,7 +86,7 @@ class _Sampled:
     """An engine that returns the ends of a step."""
 
     def __init__(self, passage):
-        self.arc = passage.strides[0].arcs[0][1]
+        self.arc = passage.walk_steps[0].arcs[0][1]
 
     def flow(self, *_, **__):
         return self.arc
@@ -94,9 +94,9 @@ class _Sampled:
 
 def test_an_impulse_that_is_nan_needs_infinite_friction(step):
     walker, passage = step
-    stride = passage.strides[0]
-    impact = stride.impact._replace(impulse=stride.impact.impulse * np.nan)
-    broken = Passage(None, passage.states, (stride._replace(impact=impact),))
+    walk_step = passage.walk_steps[0]
+    impact = walk_step.impact._replace(impulse=walk_step.impact.impulse * np.nan)
+    broken = Passage(None, passage.states, (walk_step._replace(impact=impact),))
     assert critical_friction(walker, broken).impact == math.inf
 
 

@@ -113,7 +113,7 @@ def check_multipliers(gait):
     def image(z):
         state = gait.section.embed(z)
         for _ in gait.points:
-            state = walker.stride(state).following
+            state = walker.walk_step(state).following
         return gait.section.project(state)
 
     step, columns = 1e-6, []

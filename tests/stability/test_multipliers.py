@@ -24,7 +24,7 @@ def central_differences(robot, parameters, gait, step=2e-5):
     walker, section = Walker(robot, passive(robot), p, ScipyEngine()), gait.section
 
     def image(z):
-        return section.project(walker.stride(section.embed(z)).following)
+        return section.project(walker.walk_step(section.embed(z)).following)
 
     columns = []
     for unit in np.eye(gait.z.size):
@@ -189,4 +189,4 @@ def test_a_step_without_touchdown_has_no_derivative(cycle, wheel):
     )
     state = gait.section.embed(gait.z)
     with pytest.raises(InputError, match="only if it ends in a touchdown"):
-        Linearisation(walker).derivative(state, walker.stride(state))
+        Linearisation(walker).derivative(state, walker.walk_step(state))

@@ -40,7 +40,7 @@ def test_a_walk_whose_state_is_nan_has_not_returned(wheel_gait, wheel, monkeypat
     walker, test = walker_of(wheel, wheel_gait), PushTest(starts=2, steps=3)
     assert measure_recovery(walker, wheel_gait, 0.01, PushTest(starts=2, tolerance=0.1)).complete
     lost = SimpleNamespace(following=np.full(2 * wheel.n_q, np.nan))
-    monkeypatch.setattr(walker, "stride", lambda state: lost)
+    monkeypatch.setattr(walker, "walk_step", lambda state: lost)
     assert measure_recovery(walker, wheel_gait, 0.01, test).returned == 0
 
 
@@ -60,10 +60,10 @@ def test_a_return_map_that_is_nan_has_no_fixed_point(what):
 def test_an_impact_that_is_nan_is_not_near_an_edge(wheel_gait, wheel, mode):
     walker = Walker(wheel, passive(wheel), wheel.vector({**wheel_gait.parameters, "friction": 0.3}), ScipyEngine())
     state = wheel_gait.section.embed(wheel_gait.z)
-    stride = walker.stride(state)
-    impact = stride.impact._replace(
+    walk_step = walker.walk_step(state)
+    impact = walk_step.impact._replace(
         mode=Mode.STICK if mode == "stick" else Mode.SLIP_FORWARD,
-        impulse=stride.impact.impulse * np.nan,
-        v_plus=stride.impact.v_plus * np.nan,
+        impulse=walk_step.impact.impulse * np.nan,
+        v_plus=walk_step.impact.v_plus * np.nan,
     )
-    assert one_sided_derivatives(walker, state, stride._replace(impact=impact)) == ()
+    assert one_sided_derivatives(walker, state, walk_step._replace(impact=impact)) == ()

@@ -46,7 +46,7 @@ def test_both_sides_agree_with_one_sided_differences(edge):
     z = np.append(gait.z, 0.0)
 
     def image(point):
-        return section.project(walker.stride(section.embed(point)).following)
+        return section.project(walker.walk_step(section.embed(point)).following)
 
     # A faster or a slower start decides whether the impact slips; both are neighbours of the same gait.  Slopes are
     # taken between two points on the same side: the edge itself is only located to about 1e-8.
@@ -66,6 +66,6 @@ def test_away_from_the_edge_there_is_one_derivative(friction):
     walker = wheel_at(friction)
     gait = find_cycle(walker, np.array([2.38, 0.02]))
     state = gait.section.embed(gait.z)
-    assert one_sided_derivatives(walker, state, walker.stride(state)) == ()
+    assert one_sided_derivatives(walker, state, walker.walk_step(state)) == ()
     assert gait.one_sided == ()
     assert math.isclose(gait.radius, max(abs(gait.multipliers)))

@@ -49,10 +49,10 @@ def test_one_function_assesses_the_gaits_of_all_robots(gait, law, cycle):
 
 
 def test_a_step_returns_to_the_gait_with_exchanged_legs(walker, cycle):
-    stride = walker.stride(cycle.start)
-    assert stride.stop is None
-    assert stride.following.contacts == cycle.start.contacts
-    moved = np.abs(stride.following.y - cycle.start.y)[[name != "x" for name in cycle.state]]
+    walk_step = walker.walk_step(cycle.start)
+    assert walk_step.stop is None
+    assert walk_step.following.contacts == cycle.start.contacts
+    moved = np.abs(walk_step.following.y - cycle.start.y)[[name != "x" for name in cycle.state]]
     assert np.max(moved) < 1e-7
 
 
@@ -66,7 +66,7 @@ def test_a_push_has_its_size_and_moves_no_foot_off_the_ground(walker, cycle):
     for push in draw_from_ball(pushed.spread, PushTest(starts=3)):
         size = np.linalg.norm(weights * push)
         assert 0 < size <= 1
-        section = section_of(walker.automaton, walker.stride(cycle.start).rollout)
+        section = section_of(walker.automaton, walker.walk_step(cycle.start).rollout)
         assert np.max(np.abs(section.violation(pushed.begin(0.05 * push).y))) < 1e-12
 
 
@@ -95,7 +95,7 @@ def test_a_push_test_refuses_a_gait_of_another_kind(walker, cycle):
 
 
 def test_a_changed_state_keeps_its_feet_on_the_ground(walker, cycle):
-    section = section_of(walker.automaton, walker.stride(cycle.start).rollout)
+    section = section_of(walker.automaton, walker.walk_step(cycle.start).rollout)
     y = change_state(section, cycle.start.y, {"a_rate": cycle.state["a_rate"] - 0.1})
     changed = dict(zip(cycle.state, y - cycle.start.y, strict=True))
     assert changed["a_rate"] == pytest.approx(-0.1, abs=1e-12)
@@ -106,12 +106,12 @@ def test_a_changed_state_keeps_its_feet_on_the_ground(walker, cycle):
 
 
 def test_the_effect_of_a_delay_is_proportional_to_it(gait, law, cycle, walker):
-    expected, errors = walker.stride(cycle.start).following.y, []
+    expected, errors = walker.walk_step(cycle.start).following.y, []
     for delay in (0.02, 0.01):
         late = DelayedPlanarWalker(
             gait.robot, law, cycle.parameters, section=cycle.section, period=cycle.period, delay=delay
         )
-        errors.append(np.max(np.abs(late.stride(cycle.start).following.y - expected)))
+        errors.append(np.max(np.abs(late.walk_step(cycle.start).following.y - expected)))
     assert errors[1] > 1e-4
     assert errors[0] / errors[1] == pytest.approx(2, rel=0.2)
 
@@ -119,15 +119,16 @@ def test_the_effect_of_a_delay_is_proportional_to_it(gait, law, cycle, walker):
 def test_noise_acts_on_the_actuators_of_the_gait(gait, law, cycle, walker):
     disturbed = PlanarDisturbedGait(gait.robot, law, cycle)
     assert disturbed.noise_range.unit == "N m"
-    expected = walker.stride(cycle.start).following.y
+    expected = walker.walk_step(cycle.start).following.y
     silent, noisy, again = (
-        disturbed.noisy_walker(size, np.random.default_rng(0)).stride(cycle.start).following.y for size in (0, 0.1, 0.1)
+        disturbed.noisy_walker(size, np.random.default_rng(0)).walk_step(cycle.start).following.y
+        for size in (0, 0.1, 0.1)
     )
     assert silent == pytest.approx(expected, abs=1e-7)
     assert noisy == pytest.approx(again, abs=0)
     assert np.max(np.abs(noisy - expected)) > 1e-4
     ankle = gait.robot.actuators.index("ankle B")  # idle in the plan
-    noisy_torque = disturbed.noisy_walker(5.0, np.random.default_rng(0)).stride(cycle.start).rollout.motion
+    noisy_torque = disturbed.noisy_walker(5.0, np.random.default_rng(0)).walk_step(cycle.start).rollout.motion
     assert not np.any(noisy_torque.channel("torque")[ankle])
 
 

@@ -111,7 +111,7 @@ def test_open_loop_multipliers_agree_with_finite_differences():
     walker = Walker(robot, feedforward(robot, gait.motion), robot.vector(cycle.parameters), ScipyEngine())
 
     def image(z):
-        return cycle.section.project(walker.stride(cycle.section.embed(z)).following)
+        return cycle.section.project(walker.walk_step(cycle.section.embed(z)).following)
 
     step, columns = 2e-7, []
     for unit in np.eye(cycle.z.size):

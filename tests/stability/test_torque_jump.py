@@ -23,7 +23,7 @@ def test_derivative_across_a_jump_of_torque():
     walker, section = Walker(robot, law, p, ScipyEngine()), Section(robot, p, sliding=True)
     returning, z = ReturnMap(walker, section), np.array([-0.147836890, 0.732796791, -0.500667882, 0.0])
     passage = returning(z)
-    modes = [mode.value for mode in passage.strides[0].modes]
+    modes = [mode.value for mode in passage.walk_steps[0].modes]
     assert any("slip" in mode for mode in modes[1:]), modes  # the jump made it slip
     exact, step = returning.derivative(z, passage)[:, :3], 1e-6
     columns = [(returning(z + step * e).end - returning(z - step * e).end) / (2 * step) for e in np.eye(4)[:3]]

@@ -135,14 +135,14 @@ class Replayer:
         section = Section(self.robot, walker.p, self._sliding, foot_speed)
         return_map, z = ReturnMap(walker, section), section.project(state)
         passage = return_map(z)
-        stride = passage.strides[0]
-        if passage.end is None or stride.following is None or stride.impact is None:
+        walk_step = passage.walk_steps[0]
+        if passage.end is None or walk_step.following is None or walk_step.impact is None:
             return OptimumReplay(False, math.inf, np.empty(0, dtype=complex))
         entries = [*self.robot.state_entries.angles, *self.robot.state_entries.rates]
         entries += [self.robot.state_entries.slip_velocity] if self._sliding else []
-        error = worst(np.abs(stride.following - state)[entries])
-        same = stride.modes == self.sequence.phases and stride.impact.mode is self.sequence.impact
-        near = error <= TOLERANCES.state and abs(stride.duration - period) <= TOLERANCES.period
+        error = worst(np.abs(walk_step.following - state)[entries])
+        same = walk_step.modes == self.sequence.phases and walk_step.impact.mode is self.sequence.impact
+        near = error <= TOLERANCES.state and abs(walk_step.duration - period) <= TOLERANCES.period
         matrix = return_map.derivative(z, passage)
         finite = np.linalg.eigvals(matrix) if np.all(np.isfinite(matrix)) else np.full(z.size, np.nan)
         multipliers = finite.astype(complex)

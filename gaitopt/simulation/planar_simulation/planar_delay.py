@@ -29,7 +29,7 @@ from gaitopt.simulation.planar_simulation.planar_walker import (
     NO_STEP,
     SAMPLES,
     TOLERANCE,
-    PlanarStride,
+    PlanarWalkStep,
     exchange_legs,
 )
 from gaitopt.status import Stop
@@ -115,7 +115,7 @@ class DelayedPlanarWalker:
         self._latched: tuple[float, ...] | None = None
         self._next = 0.0
 
-    def stride(self, state: PlanarState) -> PlanarStride:
+    def walk_step(self, state: PlanarState) -> PlanarWalkStep:
         """Simulate the next step of the walk."""
         state = self._begin_step(state)
         while True:
@@ -127,7 +127,7 @@ class DelayedPlanarWalker:
                 return self._end_step(rollout)
             state = rollout.end
             if state.time >= self._duration - SIMULTANEOUS:
-                return PlanarStride(rollout, NO_STEP[rollout.stop], None)
+                return PlanarWalkStep(rollout, NO_STEP[rollout.stop], None)
 
     def _begin_step(self, state: PlanarState) -> PlanarState:
         """Take the reading after the section; the first reading of a walk is available immediately."""
@@ -152,17 +152,17 @@ class DelayedPlanarWalker:
                 state = _latch(state, reading.latched)
         return state
 
-    def _end_step(self, rollout: PlanarRollout) -> PlanarStride:
+    def _end_step(self, rollout: PlanarRollout) -> PlanarWalkStep:
         """Exchange the legs in the state, in the pending readings and in the last one."""
         if rollout.stop is not Stop.EVENT_REACHED or rollout.end is None:
-            return PlanarStride(rollout, rollout.stop, None)
+            return PlanarWalkStep(rollout, rollout.stop, None)
         matrix = np.eye(self._robot.n_q) if self._robot.mirror is None else self._robot.mirror.coordinates
         self._source.q, self._source.v = matrix @ self._source.q, matrix @ self._source.v
         self._pending = deque(
             _PlanarReading(reading.arrival - rollout.end.time, matrix @ reading.q, matrix @ reading.v, reading.latched)
             for reading in self._pending
         )
-        return PlanarStride(rollout, None, exchange_legs(rollout.end, self._robot.mirror))
+        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self._robot.mirror))
 
 
 def _latch(state: PlanarState, latched: tuple[float, ...]) -> PlanarState:

@@ -27,7 +27,7 @@ SAMPLES = 5000
 spins or chatters."""
 
 
-class PlanarStride(NamedTuple):
+class PlanarWalkStep(NamedTuple):
     """One step: its motion, and the state after it or the reason why the step is incomplete.
 
     Attributes
@@ -72,12 +72,12 @@ class PlanarWalker:
         self.robot, self.section, self.duration = robot, section, LONGEST * period
         self.automaton = PlanarAutomaton(robot, parameters, torque, tolerance=TOLERANCE, samples=SAMPLES)
 
-    def stride(self, state: PlanarState) -> PlanarStride:
+    def walk_step(self, state: PlanarState) -> PlanarWalkStep:
         """Simulate one step from a state right after the section and the exchange of the legs."""
         rollout = simulate_period(self.automaton, state, self.section, self.duration)
         if rollout.stop is not Stop.EVENT_REACHED or rollout.end is None:
-            return PlanarStride(rollout, NO_STEP.get(rollout.stop, rollout.stop), None)
-        return PlanarStride(rollout, None, exchange_legs(rollout.end, self.robot.mirror))
+            return PlanarWalkStep(rollout, NO_STEP.get(rollout.stop, rollout.stop), None)
+        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self.robot.mirror))
 
 
 NO_STEP = {Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}

@@ -36,10 +36,10 @@ class PlanarPushedWalk:
 
     def __init__(self, walker: PlanarWalker, cycle: PlanarCycle) -> None:
         self._walker, self._start = walker, cycle.start
-        stride = walker.stride(cycle.start)
-        if stride.stop is not None:
-            raise InputError(f"The walker does not complete a step of the gait: {stride.stop.hint}")
-        self._section = section_of(walker.automaton, stride.rollout)
+        walk_step = walker.walk_step(cycle.start)
+        if walk_step.stop is not None:
+            raise InputError(f"The walker does not complete a step of the gait: {walk_step.stop.hint}")
+        self._section = section_of(walker.automaton, walk_step.rollout)
         weighted = compute_push_weights(walker, cycle)[:, None] * cycle.basis
         self.spread = cycle.basis @ np.linalg.inv(np.linalg.qr(weighted)[1])
 
@@ -50,7 +50,7 @@ class PlanarPushedWalk:
 
     def take_step(self, state: PlanarState) -> PlanarState | None:
         """Return the state after the next step and the exchange of the legs, or None."""
-        return self._walker.stride(state).following
+        return self._walker.walk_step(state).following
 
     def distance(self, state: PlanarState) -> float:
         """Return the largest difference from the gait, travel excluded."""

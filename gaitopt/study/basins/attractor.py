@@ -11,13 +11,13 @@ from gaitopt.arguments import check_arguments
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
-from gaitopt.simulation.hybrid_automaton import Stride, Walker
+from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.cycle import slips_throughout
 from gaitopt.stability.section import Section
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_state import PlanarState
-    from gaitopt.simulation.planar_simulation.planar_walker import PlanarStride, PlanarWalker
+    from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker, PlanarWalkStep
 
 UNSETTLED = "unsettled"
 
@@ -81,7 +81,7 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
     patience : SettlingCriterion, optional
     """
     section = Section(walker.robot, walker.p, sliding=True)
-    walk = _StepWalk(walker.stride, lambda state: state[section.places].tolist(), _repeats, _sequence_of)
+    walk = _StepWalk(walker.walk_step, lambda state: state[section.places].tolist(), _repeats, _sequence_of)
     return _follow_walk(walk, section.embed(z), patience or SettlingCriterion())
 
 
@@ -99,7 +99,7 @@ def classify_planar_walk(
         Entries of the state (q, v) that repeat in a gait: all except the position along the ground.
     patience : SettlingCriterion
     """
-    walk = _StepWalk(walker.stride, lambda state: state.y[kept].tolist(), _are_close, _planar_sequence_of)
+    walk = _StepWalk(walker.walk_step, lambda state: state.y[kept].tolist(), _are_close, _planar_sequence_of)
     return _follow_walk(walk, start, patience)
 
 
@@ -108,7 +108,7 @@ class _StepWalk(NamedTuple):
 
     Attributes
     ----------
-    stride : callable
+    walk_step : callable
         State -> step with its `following` state and its `stop`.
     point : callable
         State -> list of its coordinates; floats are much faster than arrays for a few numbers.
@@ -118,7 +118,7 @@ class _StepWalk(NamedTuple):
         Step -> its contact sequence, or None.
     """
 
-    stride: Callable[[Any], Any]
+    walk_step: Callable[[Any], Any]
     point: Callable[[Any], list[float]]
     repeats: Callable[[list[float], list[float], Any, float], bool]
     sequence: Callable[[Any], str | None]
@@ -126,51 +126,55 @@ class _StepWalk(NamedTuple):
 
 def _follow_walk(walk: _StepWalk, state: Any, patience: SettlingCriterion) -> WalkEnding:
     """Walk from a state until it repeats, fails, or reaches the maximum number of steps."""
-    point, strides = walk.point(state), list[Any]()
+    point, walk_steps = walk.point(state), list[Any]()
     points, calm, tolerance = [point], [0] * (patience.longest_period + 1), patience.tolerance
     for step in range(1, patience.steps + 1):
-        stride = walk.stride(state)
-        if stride.following is None:
-            return WalkEnding(stride.stop.key if stride.stop else UNSETTLED, np.array(point), step)
-        state = stride.following
+        walk_step = walk.walk_step(state)
+        if walk_step.following is None:
+            return WalkEnding(walk_step.stop.key if walk_step.stop else UNSETTLED, np.array(point), step)
+        state = walk_step.following
         point = walk.point(state)
         for period in range(1, min(step, patience.longest_period) + 1):
             before = points[-period]
             # The first coordinate shows that most walks do not repeat.
-            if abs(point[0] - before[0]) > tolerance or not walk.repeats(before, point, stride, tolerance):
+            if abs(point[0] - before[0]) > tolerance or not walk.repeats(before, point, walk_step, tolerance):
                 calm[period] = 0
                 continue
             calm[period] += 1
             if calm[period] == 2 * period:
-                label = _label([walk.sequence(each) for each in [*strides, stride][-period:]])
+                label = _label([walk.sequence(each) for each in [*walk_steps, walk_step][-period:]])
                 return WalkEnding(label, np.array(point), step)
         points.append(point)
-        strides.append(stride)
+        walk_steps.append(walk_step)
     return WalkEnding(UNSETTLED, np.array(point), patience.steps)
 
 
-def _repeats(before: list[float], after: list[float], stride: Stride, tolerance: float) -> bool:
+def _repeats(before: list[float], after: list[float], walk_step: WalkStep, tolerance: float) -> bool:
     """Return whether two points are equal; in complete slip, except for a foot speed that drifts away from zero."""
-    if stride.impact is not None and slips_throughout(stride.modes, stride.impact.mode):
+    if walk_step.impact is not None and slips_throughout(walk_step.modes, walk_step.impact.mode):
         if (after[-1] - before[-1]) * after[-1] <= 0:
             return False
         before, after = before[:-1], after[:-1]
-    return _are_close(before, after, stride, tolerance)
+    return _are_close(before, after, walk_step, tolerance)
 
 
-def _are_close(before: list[float], after: list[float], stride: Any, tolerance: float) -> bool:
+def _are_close(before: list[float], after: list[float], walk_step: Any, tolerance: float) -> bool:
     """Return whether two points are equal."""
     return all(abs(a - b) <= tolerance for a, b in zip(after, before, strict=True))
 
 
-def _sequence_of(stride: Stride) -> str | None:
+def _sequence_of(walk_step: WalkStep) -> str | None:
     """Return the contact sequence of a step."""
-    return str(ContactSequence(stride.modes, stride.impact.mode)) if stride.impact and stride.impact.mode else None
+    return (
+        str(ContactSequence(walk_step.modes, walk_step.impact.mode))
+        if walk_step.impact and walk_step.impact.mode
+        else None
+    )
 
 
-def _planar_sequence_of(stride: "PlanarStride") -> str:
+def _planar_sequence_of(walk_step: "PlanarWalkStep") -> str:
     """Return the contact sequence of a step; labels contain no commas."""
-    return stride.rollout.motion.sequence.replace(", ", " and ")
+    return walk_step.rollout.motion.sequence.replace(", ", " and ")
 
 
 def _label(sequences: list[str | None]) -> str:

@@ -90,7 +90,7 @@ class PlanarSource:
     def _end(self) -> tuple[PlanarArc, PlanarEvent]:
         """The last phase of the gait, and the event that ends it."""
         options: dict[str, Any] = {"section": self.cycle.section, "period": self.cycle.period}
-        stride = PlanarWalker(self.robot, self.torque, self.cycle.parameters, **options).stride(self.cycle.start)
-        if stride.stop is not None:
-            raise InputError(f"The robot does not complete a step of its gait: {stride.stop.hint}")
-        return stride.rollout.arcs[-1], stride.rollout.motion.events[-1]
+        walk_step = PlanarWalker(self.robot, self.torque, self.cycle.parameters, **options).walk_step(self.cycle.start)
+        if walk_step.stop is not None:
+            raise InputError(f"The robot does not complete a step of its gait: {walk_step.stop.hint}")
+        return walk_step.rollout.arcs[-1], walk_step.rollout.motion.events[-1]

@@ -39,7 +39,7 @@ class NoiseRange(NamedTuple):
 class StepWalker(Protocol):
     """A walker that takes steps: the attribute `following` of a step is the state after it, or None."""
 
-    def stride(self, state: Any) -> Any:
+    def walk_step(self, state: Any) -> Any:
         """Simulate one step."""
         ...
 

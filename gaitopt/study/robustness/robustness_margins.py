@@ -196,7 +196,7 @@ class _MarginSearch:
     def with_noise(self, deviation: float) -> bool:
         rng, state = np.random.default_rng(self.walking.seed), self.gait.start
         for _ in range(self.walking.steps):
-            state = self.gait.noisy_walker(deviation, rng).stride(state).following
+            state = self.gait.noisy_walker(deviation, rng).walk_step(state).following
             if state is None:
                 return False
         return True
@@ -221,7 +221,7 @@ def _find_margin(setting: _MarginSearch, kind: str) -> RobustnessMargins:
 def _walks(walker: StepWalker, state: Any, steps: int) -> Any | None:
     """Return the state after some steps, or None if the walk ends earlier."""
     for _ in range(steps):
-        state = walker.stride(state).following
+        state = walker.walk_step(state).following
         if state is None:
             return None
     return state

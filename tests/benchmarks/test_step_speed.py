@@ -1,7 +1,7 @@
-"""Speed of a passive stride, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
+"""Speed of a passive step, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
 Targets: the fast engine within 1.5 times a bare heyoka loop over the same phases, and at least 50 times as
-fast as the scipy engine.  Two strides of the compass of Gamus & Or (2015) on a slope of one degree: Gait A never slips
+fast as the scipy engine.  Two steps of the compass of Gamus & Or (2015) on a slope of one degree: Gait A never slips
 at friction 0.3, Gait B is "slip+ stick slip- | stick" at 0.14.  The bare loop is Python floats all the way, so what the
 walker does between phases weighs most where phases are many and the compiled code is fastest.
 """
@@ -22,13 +22,13 @@ pytest.importorskip("heyoka")
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
 from tests.benchmarks import bare_heyoka
 
-REPEATS, STRIDES = 400, 5
+REPEATS, STEPS = 400, 5
 MOST = 1.5
 GAITS = {
     "A": (0.3, [0, 0, -0.147836890, -0.147836890, 0, 0, 0.732796791, -0.500667882]),
     "B": (0.14, [0, 0, -0.140807105, -0.140807105, 0, 0, 0.710208797, -0.516847656]),
 }
-HAND = [0, 2, 3, 4, 6, 7]  # entries of the state that the hand-written stride has
+HAND = [0, 2, 3, 4, 6, 7]  # entries of the state that the hand-written step has
 
 
 def walker(engine, friction):
@@ -51,23 +51,23 @@ def report(benchmark, **figures):
 
 @pytest.mark.parametrize("compact_mode", [True, False], ids=["compact", "full"])
 @pytest.mark.parametrize("gait", GAITS)
-def test_stride(benchmark, gait, compact_mode):
+def test_step(benchmark, gait, compact_mode):
     friction, state = GAITS[gait]
     state, hand = np.array(state), np.array(state)[HAND].tolist()
     bare = bare_heyoka.BareCompass(friction, compact_mode=compact_mode)
     fast, reference = (walker(e, friction) for e in (HeyokaEngine(compact_mode=compact_mode), ScipyEngine()))
-    # All three walk the same stride.
-    after = fast.stride(state).following
-    np.testing.assert_allclose(bare.stride(hand)[0], after[HAND], atol=1e-11)
-    np.testing.assert_allclose(reference.stride(state).following, after, atol=1e-10)
+    # All three walk the same walk_step.
+    after = fast.walk_step(state).following
+    np.testing.assert_allclose(bare.walk_step(hand)[0], after[HAND], atol=1e-11)
+    np.testing.assert_allclose(reference.walk_step(state).following, after, atol=1e-10)
 
     times = {"bare": [], "fast": [], "scipy": []}
 
     def in_turn():
-        times["bare"].append(seconds(lambda: bare.stride(hand), STRIDES))
-        times["fast"].append(seconds(lambda: fast.stride(state), STRIDES))
+        times["bare"].append(seconds(lambda: bare.walk_step(hand), STEPS))
+        times["fast"].append(seconds(lambda: fast.walk_step(state), STEPS))
         if len(times["fast"]) % 20 == 0:
-            times["scipy"].append(seconds(lambda: reference.stride(state), 1))
+            times["scipy"].append(seconds(lambda: reference.walk_step(state), 1))
 
     benchmark.pedantic(in_turn, rounds=REPEATS, warmup_rounds=20)
     median = {name: statistics.median(values) for name, values in times.items()}
