@@ -78,6 +78,7 @@ def test_the_table_lists_sequence_and_multipliers():
     assert result.exit_code == 0
     assert "sole closed" in result.output
     assert "0.781076" in result.output
+    assert "no friction" in result.output  # it has no foot that sticks or slips
 
 
 @pytest.mark.parametrize(
