@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Real
+from types import UnionType
 from typing import Any
 
 import numpy as np
@@ -219,7 +220,7 @@ def instance_of(*kinds: type, example: str) -> Validator:
     return validate
 
 
-def check_type(name: str, value: object, kind: type, example: str) -> None:
+def check_type(name: str, value: object, kind: type | UnionType, example: str) -> None:
     """Raise InputError unless an argument has a type; the message states an example.
 
     Examples

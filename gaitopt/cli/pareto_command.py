@@ -64,12 +64,9 @@ def pareto(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.motion.atomic import check_writable
-    from gaitopt.ocp.problem import GaitProblem
     from gaitopt.study.trade_offs.pareto import Pareto
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
-    if not isinstance(problem, GaitProblem):
-        raise InputError(f"pareto requires a GaitProblem; problem() of {script} returned {type(problem).__name__}.")
     for file in (output, figure):
         if file is not None:
             check_writable(file)

@@ -45,6 +45,26 @@ def largest_ratios(gait: PlanarGait) -> Array:
     return np.array(ratios)
 
 
+def largest_foot_ratio(gait: PlanarGait) -> float:
+    """Return the largest ratio of tangential to normal force of a body on the ground at the samples.
+
+    The forces of the contacts of a body, such as heel and toe, are added.  Samples at which the force vanishes, as at
+    lift-off, are left out; nan for a gait without contact.
+    """
+    bodies: dict[str, list[int]] = {}
+    for i, contact in enumerate(gait.robot.contacts):
+        if contact.slides:
+            bodies.setdefault(contact.body, []).append(i)
+    force = gait.motion.channel("force")
+    least, largest = 1e-6 * float(np.max(force[:, 1], initial=0.0)), np.nan
+    for members in bodies.values():
+        tangential, normal = force[members].sum(axis=0)
+        loaded = normal > least
+        if loaded.any():
+            largest = np.fmax(largest, np.max(np.abs(tangential[loaded]) / normal[loaded]))
+    return float(largest)
+
+
 def slides(gait: PlanarGait) -> Array:
     """Return the forward slide of each contact in a period [m], shape (n_c,)."""
     return np.asarray(np.sum(_slides_by_phase(gait), axis=0), dtype=float)

@@ -5,13 +5,12 @@ import math
 import numpy as np
 
 from gaitopt.control.law import feedforward
+from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
-from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.assessment import assess_stability
-from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.gait_recovery import walker_near
 from gaitopt.stability.recovery import PushTest, find_largest_recovery
 
 PUSHES = PushTest(starts=20, resolution=0.1)
@@ -29,14 +28,14 @@ def measure_multipliers(gait: AnyGait) -> Array:
     (4, np.float64(0.63))
     """
     try:
-        cycle = assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)
+        cycle = assess_stability(gait)
     except InputError:
         return np.empty(0, dtype=complex)
     multipliers = np.asarray(cycle.multipliers, dtype=complex)
     return multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
 
 
-def measure_radius(gait: Gait) -> float:
+def measure_radius(gait: AnyGait) -> float:
     """Return the spectral radius of the return map under the torques of the gait in open loop; nan if it has none."""
     try:
         return assess_stability(gait).radius
@@ -44,11 +43,11 @@ def measure_radius(gait: Gait) -> float:
         return math.nan
 
 
-def measure_recovered_push(gait: Gait) -> float:
+def measure_recovered_push(gait: AnyGait) -> float:
     """Return the radius of the largest ball of pushes from which all starts return in open loop [rad/s]."""
     try:
         cycle = assess_stability(gait)
     except InputError:
         return 0.0
-    walker = make_walker(gait.robot, feedforward(gait.robot, gait.motion), gait.motion.parameters, period=gait.period)
-    return find_largest_recovery(walker, cycle, PUSHES).radius
+    law = planar_feedforward(gait) if isinstance(gait, PlanarGait) else feedforward(gait.robot, gait.motion)
+    return find_largest_recovery(walker_near(gait, law, cycle), cycle, PUSHES).radius

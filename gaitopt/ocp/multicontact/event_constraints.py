@@ -32,6 +32,7 @@ from gaitopt.ocp.multicontact.planar_point import (
     point_outputs,
     slip_conditions,
 )
+from gaitopt.ocp.multicontact.planar_step_cost import peak_conditions
 from gaitopt.ocp.nlp.keys import STEP, Group, Key, Kind, Place, Row, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables
@@ -58,11 +59,21 @@ def planar_end_block(builder: PlanarBuilder, phase: GridPhase) -> Block:
     conditions += gap_conditions(builder, phase, point, frozenset(phase.closing()))
     conditions += height_conditions(builder, point)
     conditions += _closing_conditions(builder, phase, point)
+    if builder.structure.peaks:
+        rate = _last_rate(builder, local, phase, point)
+        conditions += peak_conditions(builder, local, phase, point, rate, opening=opening_bodies(phase))
     if (Unknown.POWER, phase.number) in builder.variables:
         parts = local.add("power", builder.variables[Unknown.POWER, phase.number][:, last])
         power = point_outputs(phase, point)[0][list(builder.structure.powered)]
         conditions += planar_power_split(builder, power, parts)
     return _finish(builder, local, (Group.END, phase.number), phase.place(phase.count), conditions)
+
+
+def _last_rate(builder: PlanarBuilder, local: BlockVariables, phase: GridPhase, point: PlanarPoint) -> ca.SX:
+    """Return the torque rates at the end of a phase."""
+    before = local.add("u before", builder.torques(phase)[:, [phase.count - 1]])
+    duration = local.add("duration", builder.variables[Unknown.DURATION][:, [phase.number]])
+    return (point.u - before) * phase.count / duration
 
 
 def _changes(builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint) -> list[tuple[int, list[Condition]]]:

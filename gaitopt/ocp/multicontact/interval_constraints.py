@@ -23,6 +23,7 @@ from gaitopt.ocp.multicontact.planar_point import (
     path_conditions,
     point_outputs,
 )
+from gaitopt.ocp.multicontact.planar_step_cost import peak_conditions
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Block
@@ -59,11 +60,12 @@ class _PhaseIntervals:
     def block(self) -> Block:
         """Return the block."""
         builder, phase = self.builder, self.phase
+        rate = (self.points[-1].u - self.points[0].u) / self.length
         for inner, point in enumerate(self.points[:-1]):
             keys = solution_keys(builder.structure, phase)
             rows = [row._replace(key=row.key.at(inner)) for row in dynamics_rows(builder, phase, keys)]
             self.conditions += zip(rows, ca.vertsplit(motion_residual(builder, phase, point)), strict=True)
-            path = path_conditions(builder, phase, point)
+            path = path_conditions(builder, phase, point) + peak_conditions(builder, self.local, phase, point, rate)
             self.conditions += [(row._replace(key=row.key.at(inner)), value) for row, value in path]
         self._add_constraints()
         self._add_lift_off()

@@ -15,7 +15,7 @@ from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.nlp.keys import DESIGN, STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
-from gaitopt.ocp.statement.objective import Objective
+from gaitopt.ocp.statement.objective import Objective, overrides
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, BlockVariables
 
@@ -59,6 +59,11 @@ class PlanarStructure:
     def equations(self) -> NewtonEuler:
         """Equations of motion and of impacts."""
         return self.robot.lifted if self.lifted else self.robot.recursive
+
+    @property
+    def peaks(self) -> tuple[tuple[int, Objective], ...]:
+        """Numbers and parts of the objective that have a peak over the period."""
+        return tuple((i, term) for i, (_, term) in enumerate(self.objective.terms()) if overrides(term, "peak"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +166,12 @@ def lay_out_unknowns(structure: PlanarStructure, phases: Sequence[GridPhase]) ->
     layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
+    if structure.peaks:
+        layout.add(
+            Unknown.PEAK,
+            [Key(Kind.PEAK, f"{term.name} {i + 1}") for i, (_, term) in enumerate(structure.peaks)],
+            [STEP],
+        )
     if structure.free:
         layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     return layout

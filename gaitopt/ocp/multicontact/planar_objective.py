@@ -7,11 +7,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
-from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, point_outputs
+from gaitopt.ocp.multicontact.planar_point import Condition, PlanarPoint, closed_bodies, point_outputs
 from gaitopt.ocp.nlp.keys import Kind, Unknown, equation
 from gaitopt.ocp.nlp.nlp import Block
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation
@@ -37,6 +38,8 @@ class PlanarInstant:
         Parts of the joint powers, both >= 0, with power = positive - negative; zero unless the objective `uses_power`.
     force : (2, n_c) [N]
         Force (f_t, f_n) of each contact; that of a sticking body at its first contact.
+    foot_forces : (2, n_f) [N]
+        Force (f_t, f_n) of each of the n_f bodies on the ground, the sum of those of its contacts.
     slip_speed : scalar [m/s]
         Sum of the absolute slip speeds of the bodies.
     parameters : mapping of str to scalar
@@ -47,7 +50,8 @@ class PlanarInstant:
     >>> instant = PlanarInstant(
     ...     phase=0, state=ContactState.of({"foot": "stick"}), coordinates=("x", "y"), actuators=("leg",), q=column,
     ...     v=column, acceleration=column, torque=ca.DM([3]), torque_rate=ca.DM([0]), positive=ca.DM([0]),
-    ...     negative=ca.DM([0]), force=ca.DM([[0], [98]]), slip_speed=ca.DM(0), parameters={},
+    ...     negative=ca.DM([0]), force=ca.DM([[0], [98]]),
+    ...     foot_forces=ca.DM([[0], [98]]), slip_speed=ca.DM(0), parameters={},
     ... )
     >>> instant.coordinate("y"), instant.torque_of("leg"), instant.force_of("foot")
     (DM(0.7), DM(3), DM([0, 98]))
@@ -65,6 +69,7 @@ class PlanarInstant:
     positive: Any
     negative: Any
     force: Any
+    foot_forces: LazyField[Any] = LazyField()
     slip_speed: Any
     parameters: Mapping[str, Any]
 
@@ -169,15 +174,33 @@ def planar_power_split(builder: PlanarBuilder, power: ca.SX, parts: ca.SX) -> li
 
 
 def make_instant(
-    builder: PlanarBuilder, phase: GridPhase, point: PlanarPoint, rate: ca.SX, parts: ca.SX | None = None
+    builder: PlanarBuilder,
+    phase: GridPhase,
+    point: PlanarPoint,
+    rate: ca.SX,
+    parts: ca.SX | None = None,
+    opening: frozenset[int] = frozenset(),
 ) -> PlanarInstant:
-    """Return the argument of objectives at a point, with the parts of the powers if they are known."""
+    """Return the argument of objectives at a point.
+
+    Parameters
+    ----------
+    builder, phase, point
+    rate : (n_u)
+        Torque rates.
+    parts : (2 n_powered), optional
+        Parts of the powers, if they are known.
+    opening : frozenset of int
+        First contact of each body that lifts off at this point; it counts as no longer on the ground.
+    """
     robot, powered = builder.robot, list(builder.structure.powered)
     positive, negative = ca.SX.zeros(robot.n_u), ca.SX.zeros(robot.n_u)
     if parts is not None:
         positive[powered], negative[powered] = parts[: len(powered)], parts[len(powered) :]
     speeds = robot.rows(point.q, point.v, point.p)[1] @ point.v
     slips = [phase.state[i].sign * speeds[i] for i in range(len(phase.state)) if phase.state[i].slips]
+    forces = point_outputs(phase, point)[1]
+    feet = [list(members) for members in closed_bodies(builder, phase.state) if members[0] not in opening]
     return PlanarInstant(
         phase=phase.number,
         state=ContactState(tuple(zip(robot.contact_names, phase.state, strict=True))),
@@ -190,7 +213,8 @@ def make_instant(
         torque_rate=rate,
         positive=positive,
         negative=negative,
-        force=point_outputs(phase, point)[1],
+        force=forces,
+        foot_forces=Deferred(lambda: ca.horzcat(ca.SX(2, 0), *[ca.sum2(forces[:, members]) for members in feet])),
         slip_speed=sum(slips, ca.SX(0)),
         parameters=dict(zip(builder.names(), ca.vertsplit(point.p[: len(builder.names())]), strict=True)),
     )

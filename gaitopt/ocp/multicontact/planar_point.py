@@ -133,11 +133,16 @@ def height_conditions(builder: PlanarBuilder, point: PlanarPoint) -> list[Condit
 
 def first_of_bodies(builder: PlanarBuilder, modes: tuple[Mode, ...]) -> list[int]:
     """Return the first closed contact with a slide coordinate of each body."""
-    first: dict[str, int] = {}
+    return [members[0] for members in closed_bodies(builder, modes)]
+
+
+def closed_bodies(builder: PlanarBuilder, modes: tuple[Mode, ...]) -> list[tuple[int, ...]]:
+    """Return the closed contacts with a slide coordinate of each body."""
+    bodies: dict[str, list[int]] = {}
     for i, (contact, mode) in enumerate(zip(builder.robot.contacts, modes, strict=True)):
         if mode is not Mode.FREE and contact.slides:
-            first.setdefault(contact.body, i)
-    return list(first.values())
+            bodies.setdefault(contact.body, []).append(i)
+    return [tuple(members) for members in bodies.values()]
 
 
 def dynamics_rows(builder: PlanarBuilder, phase: GridPhase, keys: list[Key]) -> list[Row]:

@@ -22,7 +22,7 @@ from gaitopt.ocp.statement.free_parameters import (
     separate_targets,
 )
 from gaitopt.ocp.statement.limits import Margins, Range, Target
-from gaitopt.ocp.statement.objective import Objective, overrides
+from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.statement.objective_names import objective_named
 from gaitopt.ocp.statement.problem_formulation import formulate_planar_problem
 from gaitopt.ocp.transcription.collocation import Collocation
@@ -58,7 +58,8 @@ class PlanarProblem:
         ``{"leg_mass": (1, 4), "slope": (0, 0.1)}``.  Their initial values are those of the fields above.  `speed`
         and `step_length` may also be listed here instead of as a pair above.
     objective : Objective or str
-        Its integrand takes a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`.
+        Its integrand and peak take a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`, its boundary
+        term a :class:`gaitopt.ocp.multicontact.planar_step_cost.PlanarStepBoundary`.
     limits : PlanarLimits
     margins : Margins
         `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
@@ -237,11 +238,6 @@ class PlanarProblem:
         self.limits.heights(robot.points)
 
     def _check_sequence(self) -> None:
-        if any(overrides(term, "peak") or overrides(term, "boundary") for _, term in self.objective.terms()):
-            raise InputError(
-                f"The objective {self.objective.name!r} has a peak or a boundary term; a planar robot with any "
-                "contacts accepts objectives with an integrand only."
-            )
         modes = [mode for phase in self.sequence.phases for _, mode in phase]
         if self.friction == 0 or (math.isinf(self.friction) and any(mode.slips for mode in modes)):
             raise InputError(

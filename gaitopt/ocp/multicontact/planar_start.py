@@ -71,6 +71,8 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
         row = layout[Unknown.COORDINATES][problem.robot.coordinates.index(problem.robot.travel)]
         x[row] -= x[row[0]]
     x[layout[Unknown.DURATION][0]] = durations
+    if Unknown.PEAK in layout:
+        x[layout[Unknown.PEAK]] = problem.objective.typical
     if problem.free:
         x[layout[Unknown.DESIGN][:, 0]] = [problem.values[name] for name in problem.free]
     return x

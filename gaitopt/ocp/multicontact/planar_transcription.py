@@ -15,6 +15,7 @@ from gaitopt.ocp.multicontact.interval_constraints import planar_interval_block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase, divide_phases
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, PlanarStructure, lay_out_unknowns
 from gaitopt.ocp.multicontact.planar_objective import planar_quotient_block
+from gaitopt.ocp.multicontact.planar_step_cost import planar_cost_block
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.layout import Layout, Rows
 from gaitopt.ocp.nlp.nlp import Nlp, assemble_nlp
@@ -66,6 +67,9 @@ def transcribe_planar(structure: PlanarStructure) -> PlanarTranscription:
     blocks.append(planar_step_block(builder))
     if Unknown.INTEGRAL in variables:
         blocks.append(planar_quotient_block(builder))
+    step_cost = planar_cost_block(builder)
+    if step_cost is not None:
+        blocks.append(step_cost)
     return PlanarTranscription(
         builder=builder,
         variables=variables,

@@ -202,7 +202,7 @@ class PeakTorque(Objective):
 @check_arguments
 @dataclass(frozen=True)
 class PeakFrictionDemand(Objective):
-    """Largest ratio abs(f_t) / f_n of the contact force over the step (dimensionless).
+    """Largest ratio abs(f_t) / f_n of the contact force of any foot over the step (dimensionless).
 
     During a slide the ratio equals the friction coefficient, so the objective is meant for gaits that stick.
 
@@ -218,9 +218,9 @@ class PeakFrictionDemand(Objective):
     typical = 0.1
 
     def peak(self, point: Instant) -> Peak:
-        """Return the tangential force of both signs over the normal force."""
-        tangential, normal = point.force[0], point.force[1]
-        return Peak(ca.vertcat(tangential, -tangential), normal)
+        """Return the tangential force of both signs over the normal force, of every foot on the ground."""
+        tangential, normal = (row.T for row in ca.vertsplit(point.foot_forces))
+        return Peak(ca.vertcat(tangential, -tangential), ca.vertcat(normal, normal))
 
 
 @check_arguments

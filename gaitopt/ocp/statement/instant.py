@@ -80,6 +80,11 @@ class Instant:
         """Return the torque of an actuator [N m]."""
         return self.torque[self.actuators.index(actuator)]
 
+    @property
+    def foot_forces(self) -> Any:
+        """Force (f_t, f_n) of each foot on the ground [N], here of the stance foot alone, shape (2, 1)."""
+        return self.force
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepBoundary:
@@ -128,7 +133,7 @@ class Peak:
     Attributes
     ----------
     values : (k) expression
-    divisor : scalar expression
+    divisor : scalar or (k) expression
         Positive; the quantities are values / divisor.
 
     Examples

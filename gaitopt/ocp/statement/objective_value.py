@@ -141,7 +141,7 @@ def _peaks(
 
     def read(point: Instant) -> Any:
         peak = objective.peak(point)
-        return None if peak is None else ca.mmax(ca.SX(peak.values)) / peak.divisor
+        return None if peak is None else ca.mmax(ca.SX(peak.values) / peak.divisor)
 
     function = _function(motion, segment, number, read)
     if function is None:

@@ -6,21 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.problem import GaitProblem
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.parallel.task_graph import Task
-from gaitopt.study.multistart import (
-    FINE_SOLVER,
-    best,
-    objective,
-    skip_refinement,
-    solve_cold,
-    solve_start,
-    verify_best,
-    verify_by_cost,
-)
-from gaitopt.study.trade_offs.quantity import COST, Quantity
+from gaitopt.study.multistart import objective
+from gaitopt.study.trade_offs.front_solves import FrontSolves, solves_of
+from gaitopt.study.trade_offs.quantity import COST, AnyProblem, Quantity
 
 SAME_COST = 1e-7
 """Relative difference of costs below which two gaits of a point count as the same."""
@@ -59,7 +50,7 @@ class FrontEnds:
 
     Attributes
     ----------
-    problem : GaitProblem
+    problem : GaitProblem or PlanarProblem
     quantities : tuple of Quantity
         Those that are bounded.
     starts : int
@@ -68,10 +59,15 @@ class FrontEnds:
         Stated tightest bounds by quantity; the best values of the other quantities are computed.
     """
 
-    problem: GaitProblem
+    problem: AnyProblem
     quantities: tuple[Quantity, ...]
     starts: int
     tightest: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def solves(self) -> FrontSolves:
+        """How the gaits are solved."""
+        return solves_of(self.problem)
 
     def tasks(self) -> list[Task]:
         """Return the tasks that solve the ends; those of the quantities are also warm-started from the lowest cost."""
@@ -80,17 +76,17 @@ class FrontEnds:
             Task(f"end-{quantity.name}", FrontTask("end", quantity.name), (first.key,)) for quantity in self.quantities
         ]
 
-    def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
+    def solve(self, task: FrontTask, *gaits: AnyGait | None) -> AnyGait:
         """Return the gait of lowest cost, or that of the best value or tightest bound of a quantity."""
         if task.name == COST:
-            return verify_best(self.problem, solve_cold(self.problem, self.starts))
+            return self.solves.verify_best(self.problem, self.solves.solve_cold(self.problem, self.starts))
         quantity = next(quantity for quantity in self.quantities if quantity.name == task.name)
-        if quantity.restrict is not None and task.name in self.tightest:
-            problem = quantity.restrict(self.problem, self.tightest[task.name])
-        else:
-            problem = self.problem.replace(objective=quantity.extreme)
-        solved = [solve_start(problem, gait) for gait in gaits if gait is not None and gait.status.ok]
-        return best([*solved, *solve_cold(problem, self.starts)])
+        known = [gait for gait in gaits if gait is not None and gait.status.ok]
+        if quantity.restrict is None or task.name not in self.tightest:
+            return self.solves.solve_extreme(self.problem, quantity, known, self.starts)
+        problem = quantity.restrict(self.problem, self.tightest[task.name])
+        solved = [self.solves.solve_near(problem, gait) for gait in known]
+        return self.solves.best([*solved, *self.solves.solve_cold(problem, self.starts)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +112,7 @@ class FrontGrid:
         """Return every point, from the loosest bounds to the tightest."""
         return sorted(np.ndindex(*self.shape), key=sum)
 
-    def problem_at(self, index: Index) -> GaitProblem:
+    def problem_at(self, index: Index) -> AnyProblem:
         """Return the problem with the bounds of a point."""
         problem = self.ends.problem
         for quantity, values, i in zip(self.ends.quantities, self.values, index, strict=True):
@@ -161,7 +157,7 @@ class FrontGrid:
             planned.append(Task(f"{kind}-last-{point_name(index)}", FrontTask(f"{kind}-last", "", index), tuple(needs)))
         return planned
 
-    def solve(self, task: FrontTask, *gaits: Gait | None) -> Gait:
+    def solve(self, task: FrontTask, *gaits: AnyGait | None) -> AnyGait:
         """Return the gait of a task: that of a chain at a point, or the verified one of lowest cost."""
         problem = self.problem_at(task.index)
         if task.kind == "point":
@@ -169,37 +165,45 @@ class FrontGrid:
         if task.kind.endswith("-last"):
             return self._solve_last(problem, gaits)
         if task.kind.endswith("-return"):
-            return best([gait for gait in gaits[:1] if gait is not None] + self._continue(problem, gaits[1:]))
-        return best(self._continue(problem, gaits) or solve_cold(skip_refinement(problem), self.ends.starts))
+            return self._solves.best(
+                [gait for gait in gaits[:1] if gait is not None] + self._continue(problem, gaits[1:])
+            )
+        return self._solves.best(
+            self._continue(problem, gaits) or self._solves.solve_cold(problem, self.ends.starts, refine=False)
+        )
 
-    def _solve_last(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
+    @property
+    def _solves(self) -> FrontSolves:
+        return self.ends.solves
+
+    def _solve_last(self, problem: AnyProblem, gaits: Sequence[AnyGait | None]) -> AnyGait:
         """Return the better gait of both ends, or one continued from a neighbour if both ends differ in cost."""
         known, others = [gait for gait in gaits[:2] if gait is not None], gaits[2:]
         neighbours = [others[i : i + 3] for i in range(0, len(others), 3)]
         if _have_same_cost(gaits[:2]) and all(map(_have_same_cost, neighbours)):
-            return best(known)
-        return best(known + self._continue(problem, [last for _, _, last in neighbours]))
+            return self._solves.best(known)
+        return self._solves.best(known + self._continue(problem, [last for _, _, last in neighbours]))
 
-    def _solve_point(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> Gait:
+    def _solve_point(self, problem: AnyProblem, gaits: Sequence[AnyGait | None]) -> AnyGait:
         """Return the gait of lowest cost, refined and verified; without one, a gait from the default starts."""
         known = _by_cost(gaits)
         if known:
-            result = verify_by_cost(problem, [solve_start(problem, known[0])])
+            result: AnyGait = self._solves.verify_near(problem, known[0])
             if result.status.ok:
                 return result
-        return verify_best(problem, solve_cold(problem, self.ends.starts))
+        return self._solves.verify_best(problem, self._solves.solve_cold(problem, self.ends.starts))
 
-    def _continue(self, problem: GaitProblem, gaits: Sequence[Gait | None]) -> list[Gait]:
+    def _continue(self, problem: AnyProblem, gaits: Sequence[AnyGait | None]) -> list[AnyGait]:
         """Return solutions warm-started from gaits, that of lowest cost first, until one is solved."""
-        solved = []
+        solved: list[AnyGait] = []
         for gait in _by_cost(gaits):
-            solved.append(solve_start(skip_refinement(problem), gait, FINE_SOLVER))
+            solved.append(self._solves.solve_near(problem, gait, refine=False))
             if solved[-1].status.ok:
                 break
         return solved
 
 
-def solve_front_task(grid: FrontEnds | FrontGrid, task: FrontTask, *gaits: Gait | None) -> Gait:
+def solve_front_task(grid: FrontEnds | FrontGrid, task: FrontTask, *gaits: AnyGait | None) -> AnyGait:
     """Run a task of a front."""
     if isinstance(grid, FrontGrid) and task.kind == "end":
         return grid.ends.solve(task, *gaits)
@@ -242,12 +246,12 @@ def space_bounds(quantity: Quantity, loose: float, tight: float, points: int, in
     return values
 
 
-def _by_cost(gaits: Sequence[Gait | None]) -> list[Gait]:
+def _by_cost(gaits: Sequence[AnyGait | None]) -> list[AnyGait]:
     """Return the solutions among gaits, that of lowest cost first."""
     return sorted((gait for gait in gaits if gait is not None and gait.status.ok), key=objective)
 
 
-def _have_same_cost(gaits: Sequence[Gait | None]) -> bool:
+def _have_same_cost(gaits: Sequence[AnyGait | None]) -> bool:
     """Return whether all gaits are solved, at the same cost."""
     costs = [gait.solver.objective for gait in gaits if gait is not None and gait.status.ok]
     return len(costs) == len(gaits) and max(costs) - min(costs) <= SAME_COST * abs(min(costs))

@@ -16,9 +16,9 @@ from gaitopt.motion.archive import read_gait, write_gait
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.file_structure import check_structure, find_group
-from gaitopt.motion.gait import Gait
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
@@ -51,7 +51,7 @@ class Front:
     grid : FrontGrid
     quantities : tuple of Quantity
         The cost first.
-    gaits : mapping of str to Gait
+    gaits : mapping of str to Gait or PlanarGait
         Gaits by the key of their task.
     key : dict
         Key of the study.
@@ -61,11 +61,11 @@ class Front:
 
     grid: FrontGrid
     quantities: tuple[Quantity, ...]
-    gaits: Mapping[str, Gait]
+    gaits: Mapping[str, AnyGait]
     key: dict[str, Any]
     measured: dict[str, dict[str, float]]
 
-    def gait(self, index: Index, kind: str = "point") -> Gait | None:
+    def gait(self, index: Index, kind: str = "point") -> AnyGait | None:
         """Return the gait of a point, or None if it is not computed yet."""
         return self.gaits.get(f"{kind}-{point_name(index)}")
 
@@ -90,7 +90,7 @@ class Front:
         return True
 
 
-def measure_point(names: tuple[str, ...], gait: Gait) -> dict[str, float]:
+def measure_point(names: tuple[str, ...], gait: AnyGait) -> dict[str, float]:
     """Return the measured quantities of a gait by name."""
     return {name: quantity_named(name).read(gait) for name in names}
 
@@ -265,7 +265,7 @@ def load_front(path: str | Path) -> "xr.Dataset":
 
 
 @check_arguments
-def load_front_gait(path: str | Path, point: int) -> Gait:
+def load_front_gait(path: str | Path, point: int) -> AnyGait:
     """Read the gait of one point of a front, solved or not.
 
     Raises

@@ -9,14 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from attrs import evolve, field, frozen
+from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import GaitoptError, InputError
-from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.atomic import check_writable
-from gaitopt.motion.gait import Gait
-from gaitopt.ocp.problem import GaitProblem
+from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
@@ -26,8 +24,9 @@ from gaitopt.study.storage.netcdf_file import import_packages
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid, solve_front_task, space_bounds
+from gaitopt.study.trade_offs.front_solves import solves_of
 from gaitopt.study.trade_offs.front_table import Front, load_front, measure_point, tabulate_front, write_front
-from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, Quantity, quantity_named, restrict_speed
+from gaitopt.study.trade_offs.quantity import COST, QUANTITIES, AnyProblem, Quantity, quantity_named, restrict_speed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,13 +109,13 @@ class Pareto:
         return tuple(each for each in self.quantities if each.extreme is not None or each.name in self.bounds)
 
     def trace(
-        self, problem: GaitProblem, *, execution: Execution | None = None, path: str | Path | None = None
+        self, problem: AnyProblem, *, execution: Execution | None = None, path: str | Path | None = None
     ) -> "xr.Dataset":
         """Compute the front; results depend neither on the number of workers nor on interrupts.
 
         Parameters
         ----------
-        problem : GaitProblem
+        problem : GaitProblem or PlanarProblem
         execution : Execution, optional
             Workers, and the observer of (gaits computed, gaits in all); this process alone by default.
         path : str or Path, optional
@@ -152,9 +151,9 @@ class Pareto:
         >>> front.status.values.tolist(), bool((front.front == 1).all())
         (['solved', 'solved', 'solved'], True)
         """
-        check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
+        check_type("problem", problem, AnyProblem, "a GaitProblem(...) or a PlanarProblem(...)")
         problem.sequence.require_closed("A trade-off")
-        require_valid_step(problem.robot)
+        solves_of(problem).check(problem)
         for quantity in self.bounded:
             if quantity.require is not None:
                 quantity.require(problem)
@@ -169,19 +168,18 @@ class Pareto:
         find = functools.partial(self._find, base, key, execution or Execution())
         return tabulate_front(find({})) if path is None else _resume_file(Path(path), key, find)
 
-    def _front_problem(self, problem: GaitProblem) -> GaitProblem:
+    def _front_problem(self, problem: AnyProblem) -> AnyProblem:
         """Return the problem of all points on one grid, with the stated speed as the lowest one of the front.
 
         Nodes that follow the torques would change the cost from point to point by more than it differs between ends.
         """
-        counts = problem.transcription.intervals_for(problem.sequence)
-        base = problem.replace(transcription=evolve(problem.transcription, intervals=counts))
+        base: AnyProblem = solves_of(problem).fix_grid(problem)
         if "speed" in self.objectives:
             base = restrict_speed(base, problem.speed_range.lower or 1e-3)
         return base
 
     def _find(
-        self, problem: GaitProblem, key: dict[str, Any], execution: Execution, kept: MutableMapping[str, Gait]
+        self, problem: AnyProblem, key: dict[str, Any], execution: Execution, kept: MutableMapping[str, AnyGait]
     ) -> Front:
         """Solve the ends, then the front between them, then measure what is not bounded."""
         tightest = {name: pair[quantity_named(name).sign < 0] for name, pair in self.bounds.items()}
@@ -205,7 +203,7 @@ class Pareto:
             return front  # with its ends
         return front if report.interrupted else replace(front, measured=self._measure(grid, kept, quiet))
 
-    def _bounds_of(self, quantity: Quantity, kept: Mapping[str, Gait]) -> Any:
+    def _bounds_of(self, quantity: Quantity, kept: Mapping[str, AnyGait]) -> Any:
         """Return the bounds of a quantity from the loosest to the tightest."""
         if quantity.name in self.bounds:
             loose, tight = self.bounds[quantity.name][:: -quantity.sign]
@@ -218,7 +216,9 @@ class Pareto:
             values.append(quantity.read(gait))
         return space_bounds(quantity, values[0], values[1], self.points)
 
-    def _measure(self, grid: FrontGrid, kept: Mapping[str, Gait], execution: Execution) -> dict[str, dict[str, float]]:
+    def _measure(
+        self, grid: FrontGrid, kept: Mapping[str, AnyGait], execution: Execution
+    ) -> dict[str, dict[str, float]]:
         """Return the measured quantities of each solved point by the key of the point."""
         bounded = {quantity.name for quantity in self.bounded}
         measured = tuple(quantity.name for quantity in self.quantities[1:] if quantity.name not in bounded)
