@@ -88,7 +88,7 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
 
 
 def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
-    """Return the rows; the unit of a torque has a line of its own where rows are less high than its label is long."""
+    """Return the rows; the unit of a torque is on a separate line where rows are less high than its label is long."""
     torque = "torque\n[N m]" if unit_line else "torque [N m]"
     motions = [gait.motion for gait in comparison.gaits.values()]
     angles = [name for name in motions[0].angles if all(name in motion.angles for motion in motions)]
