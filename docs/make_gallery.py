@@ -18,6 +18,7 @@ from gaitopt.cli.script import read_script
 from gaitopt.design import RobustProblem
 from gaitopt.errors import GaitoptError
 from gaitopt.ocp import GaitProblem, PlanarProblem, solve_planar
+from gaitopt.plot.contact_forces import FORCE_LABEL
 from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.simulation import verify_planar
 from gaitopt.stability import PlanarWalkProblem, WalkProblem, assess_planar
@@ -86,12 +87,13 @@ KINDS = {
 
 
 def draw_thumbnail(motion, path):
-    """Draw a step as five stick figures without labels."""
+    """Draw a step as five stick figures without labels, forces and friction cones."""
     figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), layout="constrained")
     axes = figure.add_subplot()
     draw_stick_figures(axes, motion, count=5)
-    for label in [*axes.texts, *filter(None, [axes.get_legend()])]:
-        label.remove()
+    forces = [line for line in axes.lines if line.get_label() == FORCE_LABEL]
+    for artist in [*axes.texts, *axes.patches, *forces, *filter(None, [axes.get_legend()])]:
+        artist.remove()
     figure.savefig(path, dpi=100)
     Image.open(path).convert("RGB").quantize(32).save(path, optimize=True)
 

@@ -23,7 +23,7 @@ def write_walk(motion: AnyMotion, path: Path, title: str) -> Path:
         from gaitopt.plot.gait_figure import plot_motion
         from gaitopt.plot.saving import save_figure
 
-        return save_figure(plot_motion(motion, title=title), path)
+        return save_figure(plot_motion(motion, title=title.replace("_", " ")), path)
     if suffix in ANIMATIONS:
         from gaitopt.plot.animation import animate
 

@@ -17,6 +17,8 @@ class SpecialCurve:
     ----------
     kind : SpecialKind
     parameters : (str, str)
+    units : (str, str)
+        Units of the parameters; empty if they are unknown, as in files of earlier versions.
     values : (K, 2) array
         Both parameters of each point, in order along the curve, SI units.
     states : (K, n) array
@@ -43,6 +45,7 @@ class SpecialCurve:
     after: str
     begin: str
     end: str
+    units: tuple[str, str] = ("", "")
 
     def record(self) -> dict[str, Any]:
         """Return the curve as plain data."""
@@ -55,15 +58,18 @@ class SpecialCurve:
             "after": self.after,
             "begin": self.begin,
             "end": self.end,
+            "units": list(self.units),
         }
 
     @staticmethod
     def from_record(record: dict[str, Any]) -> "SpecialCurve":
         """Return the curve of plain data."""
         first, second = record["parameters"]
+        unit, other = record.get("units", ("", ""))
         changed = {
             "kind": SpecialKind[record["kind"].upper()],
             "parameters": (first, second),
+            "units": (unit, other),
             "values": np.array(record["values"], dtype=float).reshape(-1, 2),
             "states": np.array(record["states"], dtype=float),
         }

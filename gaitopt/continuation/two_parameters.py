@@ -17,6 +17,7 @@ from gaitopt.continuation.codimension_two import locate_corner, locate_meeting
 from gaitopt.continuation.gait_lookup import gaits_at
 from gaitopt.continuation.gait_source import AnyFamily, AnyWalkProblem, make_gait_source
 from gaitopt.continuation.line_search import LineSearch, PlanePoint
+from gaitopt.continuation.parameter_values import unit_of
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions
@@ -213,4 +214,5 @@ class _Plane:
             after=first.after,
             begin=ends[0],
             end=ends[1],
+            units=(unit_of(self.problem.robot, self.names[0]), unit_of(self.problem.robot, self.names[1])),
         )

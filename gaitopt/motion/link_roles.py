@@ -45,12 +45,14 @@ def classify_links(motion: Motion) -> LinkRoles:
     >>> classify_links(load("docs/examples/compass_slip.h5").motion).joints
     (1,)
     """
-    first, last = motion.segments[0], motion.segments[-1]
+    first = motion.segments[0]
     stance_foot = _nearest(first.points[:, :, 0], first.contact[:, 0])
     swing_foot = len(motion.points) - 1
     if motion.jumps:
+        jump = motion.jumps[0]
+        last = next(segment for segment in reversed(motion.segments) if segment.step == jump.step)
         rims = last.rims
-        place = motion.jumps[0].q_next[CONTACT] if rims is None else rims[:2, 1, -1] - [0, rims[2, 1, -1]]
+        place = jump.q_next[CONTACT] if rims is None else rims[:2, 1, -1] - [0, rims[2, 1, -1]]
         swing_foot = _nearest(last.points[:, :, -1], place)
     near, far = (_distances(motion, foot) for foot in (stance_foot, swing_foot))
     legs: dict[int, list[tuple[int, int]]] = {-1: [], 0: [], 1: []}

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LOG_RANGE = 10.0
+"""Ratio of the largest to the smallest push above which the axis is logarithmic."""
+
 SIGNS = {"backward": "\N{MINUS SIGN}", "forward": "+"}
 """Sign of the change of a coordinate by side."""
 
@@ -103,4 +106,7 @@ def _draw_pushes(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
             number += 1
     push = np.where(np.isfinite(table.push.values), table.push.values, math.nan)
     axes.plot(values, push, color="black", marker=".", label="any direction")
-    axes.set(ylabel="fatal push [rad/s]", yscale="log")
+    axes.set_ylabel("fatal push [rad/s]")
+    low, high = axes.dataLim.intervaly
+    if low > 0 and high > LOG_RANGE * low:
+        axes.set_yscale("log")

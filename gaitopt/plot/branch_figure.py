@@ -88,14 +88,20 @@ def plot_branches(
             _draw_branch(lower, branch, values, np.minimum(branch.radii, 2 * LARGEST_RADIUS), colors, joined=False)
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **style.limit_line)
-        lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, LARGEST_RADIUS))
+        lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
+        figure.align_ylabels()
         unit = "deg" if units[coordinate] == "rad" else units[coordinate]
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
         handles, labels = _legend(upper, colors)
-        add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         if style.titled:
             upper.set_title(_title(diagram), loc="left", fontsize="medium")
     return figure
+
+
+def find_top(axes: "Axes") -> float:
+    """Return the upper end of an axis of spectral radii, which shows the stability limit."""
+    return min(LARGEST_RADIUS, 1.05 * max(1.2, float(axes.dataLim.y1)))
 
 
 def _title(diagram: BranchDiagram) -> str:

@@ -66,7 +66,8 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     'cost of transport'
     """
     style = style or FigureStyle()
-    rows, narrow = _rows(comparison), style.width < NARROW
+    narrow = style.width < NARROW
+    rows = _rows(comparison, unit_line=narrow)
     above = NARROW_ROW_HEIGHT * len(rows) if narrow else ROW_HEIGHT * max(len(rows), LEAST_ROWS)
     with style.figure(above + EDGES_HEIGHT + BARS_HEIGHT * narrow) as figure:
         if narrow:
@@ -79,20 +80,22 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
             place = grid[1].subgridspec(len(beside), 1, height_ratios=beside)[0]
         left = _draw_rows(figure, grid[0].subgridspec(len(rows), 1), rows, comparison)
         handles, labels = left[0].get_legend_handles_labels()
-        add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         space = (style.width if narrow else style.width / (1 + RATIO)) - AXIS_WIDTH
         columns, most_labels = 1 + narrow, min(MOST_LABELS, int(space / LABEL_WIDTH))
         _draw_costs(figure.add_subplot(place), comparison, columns=columns, most_labels=most_labels)
     return figure
 
 
-def _rows(comparison: Comparison) -> list[Row]:
+def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
+    """Return the rows; the unit of a torque is on a separate line where rows are less high than its label is long."""
+    torque = "torque\n[N m]" if unit_line else "torque [N m]"
     motions = [gait.motion for gait in comparison.gaits.values()]
     angles = [name for name in motions[0].angles if all(name in motion.angles for motion in motions)]
     actuators = [name for name in motions[0].actuators if all(name in motion.actuators for motion in motions)]
     return [
         *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
-        *((f"{name}\ntorque [N m]", _torque(name)) for name in actuators),
+        *((f"{angle_symbol(name)}\n{torque}", _torque(name)) for name in actuators),
         ("force ratio", lambda gait: [sample_force_ratio(segment) for segment in gait.motion.segments]),
         ("foot speed\n[m/s]", lambda gait: [segment.v[SLIDE] for segment in gait.motion.segments]),
     ]

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 LENGTH = 0.3
 """Length of a force equal to the weight, over the height of the walker."""
 
+FORCE_LABEL = "_force"
+"""Label of the line of a force, which no legend shows."""
+
 LABELS = ("contact force", "friction cone")
 FORCE_LINE: dict[str, Any] = {"color": FORCE, "linewidth": 1.6, "solid_capstyle": "butt"}
 CONE_FACE: dict[str, Any] = {"facecolor": CONE, "edgecolor": "0.6", "linewidth": 0.5}
@@ -46,11 +49,30 @@ def draw_contact_forces(
             continue
         place = phase.places[:, foot, sample] + np.array([shift, 0.0])
         if np.isfinite(friction):
-            edge = np.array([friction, 1.0]) * unit / np.hypot(friction, 1.0)
+            edge = _cone_edge(friction, unit)
             corners = np.column_stack([place, place + edge * [-1, 1], place + edge])
             axes.fill(*tilt(corners, slope), zorder=1, **CONE_FACE)
         tip = place + unit * phase.forces[foot, :, sample] / view.weight
-        axes.plot(*tilt(np.column_stack([place, tip]), slope), zorder=5.5, label="_force", **FORCE_LINE)
+        axes.plot(*tilt(np.column_stack([place, tip]), slope), zorder=5.5, label=FORCE_LABEL, **FORCE_LINE)
+
+
+def find_cone_ends(view: MotionView, phase: PhaseView, sample: int, *, height: float) -> tuple[float, float]:
+    """Return the left and right ends of the friction cones of `draw_contact_forces` along the ground [m].
+
+    They are infinite, the left end above the right one, if there is no cone.
+    """
+    friction = view.parameters["friction"]
+    if not np.isfinite(friction):
+        return np.inf, -np.inf
+    feet = [foot for foot in view.feet if foot in view.loaded and phase.modes[foot] is not Mode.FREE]
+    places, width = phase.places[0, feet, sample], _cone_edge(friction, LENGTH * height)[0]
+    return float(np.min(places - width, initial=np.inf)), float(np.max(places + width, initial=-np.inf))
+
+
+def _cone_edge(friction: float, unit: float) -> Array:
+    """Return the edge of a friction cone from its foot to the right, which has the length of a unit."""
+    edge: Array = np.array([friction, 1.0]) * unit / np.hypot(friction, 1.0)
+    return edge
 
 
 def force_handles() -> "list[Artist]":

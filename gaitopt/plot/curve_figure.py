@@ -2,13 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
-from gaitopt.motion.motion import Array
+from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -17,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ANGLES = ("slope",)
-"""Parameters that are shown in degrees."""
+"""Angles in files of earlier versions, which lack the units of the parameters."""
 
 
 @check_arguments
@@ -55,9 +53,10 @@ def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> 
     with style.figure(4.6) as figure:
         axes = figure.subplots()
         for number, curve in enumerate(diagram.curves):
-            _draw_curve(axes, curve, number)
-        first, second = diagram.curves[0].parameters
-        axes.set(xlabel=_label(second, diagram), ylabel=_label(first, diagram))
+            _draw_curve(axes, diagram, curve, number)
+        shown = diagram.curves[0]
+        first, second = (label_quantity(name, _unit(diagram, shown, k)) for k, name in enumerate(shown.parameters))
+        axes.set(xlabel=second, ylabel=first)
         handles, labels = axes.get_legend_handles_labels()
         entries = dict(zip(labels, handles, strict=True))
         add_page_legend(
@@ -66,9 +65,9 @@ def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> 
     return figure
 
 
-def _draw_curve(axes: "Axes", curve: SpecialCurve, number: int) -> None:
+def _draw_curve(axes: "Axes", diagram: BranchDiagram, curve: SpecialCurve, number: int) -> None:
     """Draw a curve, and the points of codimension two at its ends."""
-    first, second = (_in_unit(curve.values[:, k], name) for k, name in enumerate(curve.parameters))
+    first, second = (in_shown_unit(curve.values[:, k], _unit(diagram, curve, k)) for k in range(2))
     change = curve.before if curve.before == curve.after else f"{curve.before} \N{RIGHTWARDS ARROW} {curve.after}"
     line: dict[str, Any] = {"color": line_style(number)["color"], "linewidth": 1.4}
     axes.plot(second, first, label=f"{curve.kind.label}: {change}", **line)
@@ -88,10 +87,7 @@ def is_meeting(reason: str) -> bool:
     return reason.startswith(("meets", "the gait before it becomes"))
 
 
-def _in_unit(values: Array, name: str) -> Array:
-    return np.degrees(values) if name in ANGLES else values
-
-
-def _label(name: str, diagram: BranchDiagram) -> str:
-    unit = "deg" if name in ANGLES else diagram.unit if name == diagram.parameter and diagram.unit != "rad" else ""
-    return name.replace("_", " ") + ("" if unit in ("", "1") else f" [{unit}]")
+def _unit(diagram: BranchDiagram, curve: SpecialCurve, number: int) -> str:
+    """Return the unit of a parameter of a curve, also of files of earlier versions, which may lack it."""
+    name = curve.parameters[number]
+    return curve.units[number] or ("rad" if name in ANGLES else diagram.unit if name == diagram.parameter else "")

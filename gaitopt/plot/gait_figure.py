@@ -33,6 +33,9 @@ KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
 """Characters in a line of the legend beside a panel, and per inch of the title; number of lines that fit in the title,
 and height of each further line [inch]."""
 
+WARNING_LINES = 2
+"""Number of lines that fit in the height of the warning."""
+
 EXTRA_ROW = 1.45
 """Height of each panel beyond four [inch]."""
 
@@ -40,6 +43,8 @@ MOST_PANELS = 4
 
 ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
+
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 Rows = dict[str, Callable[["Axes", MotionView], None]]
 
@@ -144,22 +149,24 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    warned, titled = failed is not None, style.titled and bool(title)
+    warning, titled = _describe_failure(failed, style.width), style.titled and bool(title)
+    warned = bool(warning)
     title = "\n".join(_wrap_title(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines())
     with rc_context(style.settings):
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
         above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
-        height = _total_height(view, style) + warned * WARNING_HEIGHT + above - TITLE_HEIGHT
+        box = WARNING_HEIGHT + max(warning.count("\n") + 1 - WARNING_LINES, 0) * LINE_HEIGHT if warned else 0.0
+        height = _total_height(view, style) + box + above - TITLE_HEIGHT
         figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
         if titled:
             figure.suptitle(title, linespacing=1.4)
         grid = figure.add_gridspec(2 + warned, 1)
-        if failed is not None:
-            _warn(figure.add_subplot(grid[0], label="warning"), failed)
+        if warned:
+            _warn(figure.add_subplot(grid[0], label="warning"), warning)
         if view is not None:
             stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), view, style.width)
             (_draw_column if style.width < NARROW else _draw_panels)(figure, grid[-1], view)
-            heights = [WARNING_HEIGHT, stick_height, height - warned * WARNING_HEIGHT - stick_height - above]
+            heights = [box, stick_height, height - box - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not finite and is not drawn.", ha="center")
@@ -170,7 +177,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
 def _wrap_title(line: str, letters: int) -> str:
     """Return a wrapped line of the title; the bar of an impact stays on the line of the phase before it."""
-    return textwrap.fill(line.replace(" |", "\N{NO-BREAK SPACE}|"), letters).replace("\N{NO-BREAK SPACE}", " ")
+    return textwrap.fill(line.replace(" |", f"{NO_BREAK}|"), letters).replace(NO_BREAK, " ")
 
 
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
@@ -181,18 +188,18 @@ def _total_height(view: MotionView | None, style: FigureStyle) -> float:
 
 def _describe(gait: AnyGait, title: str | None) -> str:
     """Return the title: name, contact sequence, and main numbers."""
-    slope = np.rad2deg(gait.motion.parameters["slope"])
+    slope, friction = np.rad2deg(gait.motion.parameters["slope"]), gait.motion.parameters["friction"]
     facts = [
         f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
         f"speed {_number(gait, 'speed', '.3g')} m/s",
         f"step length {_number(gait, 'step_length', '.4g')} m",
-        rf"friction $\mu$ = {gait.motion.parameters['friction']:g}",
+        rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
     ]
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
     verified = "" if not gait.status.ok else " (verified by replay)" if gait.verification else " (not replayed)"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(facts)}"
+    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:
@@ -203,9 +210,15 @@ def _number(gait: AnyGait, name: str, form: str) -> str:
         return "nan"
 
 
-def _warn(axes: "Axes", gait: AnyGait) -> None:
-    """Draw a box which states that the gait is not a solution, and why."""
-    text = f"NOT A SOLUTION ({gait.status.key})\n{textwrap.fill(gait.status.hint, 100)}"
+def _describe_failure(gait: AnyGait | None, width: float) -> str:
+    """Return a text which states that a gait is not a solution, and why, in lines that fit in a width [inch]."""
+    if gait is None:
+        return ""
+    return f"NOT A SOLUTION ({gait.status.key})\n{textwrap.fill(gait.status.hint, int(TITLE_LETTERS * width))}"
+
+
+def _warn(axes: "Axes", text: str) -> None:
+    """Draw a box with a warning."""
     box = {"boxstyle": "round", "facecolor": "#FFF0F0", "edgecolor": WARNING, "linewidth": 1.5}
     axes.text(0.5, 0.5, text, color=WARNING, ha="center", va="center", transform=axes.transAxes, bbox=box)
     axes.axis("off")

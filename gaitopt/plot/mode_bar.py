@@ -12,8 +12,11 @@ if TYPE_CHECKING:
 HEIGHT = 0.7
 """Height of a bar over the distance of neighbouring bars."""
 
-LETTER = 0.014
-"""Width of a letter as a share of the time axis."""
+LETTER = 0.07
+"""Width of a letter [inch]."""
+
+AXIS_SHARE = 0.7
+"""Width of the time axis over that of the figure."""
 
 
 def draw_mode_bar(axes: "Axes", view: MotionView) -> None:
@@ -24,14 +27,14 @@ def draw_mode_bar(axes: "Axes", view: MotionView) -> None:
     axes : matplotlib.axes.Axes
     view : MotionView
     """
-    shown = view.closing
+    shown, letter = view.closing, _letter_width(axes, view)
     for row, contact in enumerate(shown):
         for start, end, mode in merge_modes(view, contact):
             if mode is not Mode.FREE:
-                _draw_bar(axes, view, (start, end), row, mode)
+                _draw_bar(axes, (start, end), row, mode, letter)
     feet = [row for row, contact in enumerate(shown) if contact in view.feet]
     for part in view.segments:
-        if view.is_flight(part) and part.duration > len("flight") * LETTER * view.period:
+        if view.is_flight(part) and part.duration > len("flight") * letter:
             middle = float(part.time[0] + part.time[-1]) / 2
             axes.text(middle, sum(feet) / max(len(feet), 1), "flight", ha="center", va="center", style="italic")
     for event in view.events[:-1]:
@@ -62,11 +65,18 @@ def merge_modes(view: MotionView, contact: int) -> list[tuple[float, float, Mode
     return intervals
 
 
-def _draw_bar(axes: "Axes", view: MotionView, span: tuple[float, float], row: int, mode: Mode) -> None:
+def _letter_width(axes: "Axes", view: MotionView) -> float:
+    """Return the width of a letter on the time axis [s]."""
+    figure = axes.get_figure(root=True)
+    return LETTER / (AXIS_SHARE * figure.get_figwidth()) * view.period if figure else 0.0
+
+
+def _draw_bar(axes: "Axes", span: tuple[float, float], row: int, mode: Mode, letter: float) -> None:
+    """Draw an interval of a mode, and its name if it fits in letters of a width [s]."""
     width = span[1] - span[0]
     style: dict[str, Any] = {"facecolor": MODE_FILL[mode], "edgecolor": "0.3", "hatch": MODE_HATCH[mode]}
     axes.barh(row, width, HEIGHT, left=span[0], linewidth=0.5, gid=mode.value, **style)
-    if width > len(mode.label) * LETTER * view.period:
+    if width > len(mode.label) * letter:
         box = {"boxstyle": "square,pad=0.1", "facecolor": MODE_FILL[mode], "edgecolor": "none"}
         text: dict[str, Any] = {"color": "black", "ha": "center", "va": "center", "bbox": box}
         axes.text(sum(span) / 2, row, mode.label, **text)

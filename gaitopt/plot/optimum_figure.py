@@ -9,6 +9,9 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.ocp.statement.objective_names import OBJECTIVES
+from gaitopt.plot.axis_labels import label_quantity
+from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -18,9 +21,6 @@ if TYPE_CHECKING:
 
 SPECIAL_MARKERS = {"activation": "^", "deactivation": "v", "turning_point": "o", "cost_extremum": "D"}
 """Marker of each kind of special point."""
-
-LARGEST_SHOWN = 4.0
-"""Largest spectral radius that is shown."""
 
 
 @check_arguments
@@ -53,7 +53,7 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
     ...                       transcription=Collocation(intervals=10))
     >>> figure = plot_optima(trace_optimum(problem, {"friction": (0.25, 0.2)}))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['torque squared', 'spectral radius']
+    ['torque squared [N$^{2}$ m$^{2}$ s]', 'spectral radius']
     """
     if not any(branch.values.size for branch in diagram.branches):
         raise InputError("The diagram has no branches to draw.")
@@ -71,10 +71,12 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
         lower.axhline(1, **style.limit_line)
         name, unit = diagram.parameter.replace("_", " "), "deg" if angular else diagram.unit
         label = name if unit in ("", "1") else f"{name} [{unit}]"
-        lower.set(ylabel="spectral radius", xlabel=label, ylim=(0, LARGEST_SHOWN))
-        upper.set_ylabel(diagram.objective.replace("_", " "))
+        lower.set(ylabel="spectral radius", xlabel=label, ylim=(0, find_top(lower)))
+        objective = OBJECTIVES.get(diagram.objective)
+        upper.set_ylabel(label_quantity(diagram.objective, objective.unit if objective else ""))
+        figure.align_ylabels()
         handles, labels = _legend_entries(upper, colors)
-        add_page_legend(figure, handles, labels, columns=2, width=style.width, loc="outside upper left")
+        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
     return figure
 
 
@@ -87,7 +89,7 @@ def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, an
         upper.plot(curve, costs, color=color, linestyle=dashes, label="_branch")
     known = np.isfinite(branch.multipliers).any(axis=1)
     radii = np.nanmax(np.abs(branch.multipliers[known]), axis=1) if known.any() else np.empty(0)
-    lower.plot(values[known], np.minimum(radii, 2 * LARGEST_SHOWN), color=color, label="_branch")
+    lower.plot(values[known], np.minimum(radii, 2 * LARGEST_RADIUS), color=color, label="_branch")
     for point in branch.special:
         upper.plot(
             [math.degrees(point.value) if angular else point.value],

@@ -212,11 +212,26 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
     for row, name in chosen:
         values = [part.torque[row] for part in view.segments]
         _draw_line(axes, view, values, label=angle_symbol(name), **line_style(numbers[name]))
-    limits = {float(view.limits[name]) for _, name in chosen if name in view.limits}
-    for number, limit in enumerate(sorted(limit for limit in limits if np.isfinite(limit))):
-        label = "limit" if number == 0 else None
-        axes.axhline(limit, label=label, **LIMIT)
-        axes.axhline(-limit, **LIMIT)
+    _draw_limits(axes, view, [name for _, name in chosen])
+
+
+def _draw_limits(axes: "Axes", view: MotionView, names: Sequence[str]) -> None:
+    """Draw the finite limits of actuators: one of all actuators in grey, others in the colours of their actuators.
+
+    A limit of zero is that of an idle actuator, whose line is its limit.
+    """
+    numbers, limits = _number_channels(view), {name: float(view.limits.get(name, np.inf)) for name in names}
+    if len(set(limits.values())) == 1:
+        drawn = [(limits[names[0]], "limit", LIMIT)]
+    else:
+        drawn = [
+            (limit, f"limit, {angle_symbol(name)}", LIMIT | {"color": line_style(numbers[name])["color"]})
+            for name, limit in limits.items()
+        ]
+    for limit, label, style in drawn:
+        if np.isfinite(limit) and limit > 0:
+            axes.axhline(limit, label=label, **style)
+            axes.axhline(-limit, **style)
 
 
 def _draw_impulses(axes: "Axes", view: MotionView) -> None:

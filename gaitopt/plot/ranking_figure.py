@@ -11,7 +11,7 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot.axis_labels import show_unit
 from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend
 from gaitopt.plot.mode_bar import merge_modes
-from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_HATCH, FigureStyle
+from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_HATCH, NARROW, FigureStyle
 from gaitopt.study.sequence_search.ranking import Ranking, ranking_cost
 
 if TYPE_CHECKING:
@@ -73,7 +73,8 @@ def plot_ranking(ranking: Ranking, *, style: FigureStyle | None = None) -> "Figu
             left.text(0.0, middle - 0.45 * ROW_HEIGHT, text, zorder=5, in_layout=False, **place)
             modes |= dict.fromkeys(_draw_modes(right, gait, middle))
             bottom += height
-        left.set(xlabel=_cost_label(gaits[0]), ylim=(bottom, 0), yticks=[])
+        label = _cost_label(gaits[0])
+        left.set(xlabel=label.replace(" [", "\n[") if style.width < NARROW else label, ylim=(bottom, 0), yticks=[])
         right.set(xlabel="fraction of the step [%]", xlim=(0, 100))
         for axes in (left, right):
             axes.grid(visible=False)

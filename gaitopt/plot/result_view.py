@@ -16,6 +16,10 @@ WIDTH = 6.0
 """Width of a figure in a notebook [inch]."""
 
 
+MOST_LETTERS = 200
+"""Number of letters of an attribute of a dataset that are shown."""
+
+
 @check_arguments
 def view_result(result: Any) -> str:
     """Return a result as HTML for a notebook: its short form, the numbers of a design, and its figure.
@@ -37,12 +41,19 @@ def view_result(result: Any) -> str:
     >>> view_result(load_diagram("docs/examples/compass_slope.nc")).count("<svg")
     1
     """
-    markup = getattr(result, "_repr_html_", None)  # of a dataset
     drawn = _draw(result)
+    if hasattr(result, "assign_attrs"):
+        result = result.assign_attrs({name: _shorten(value) for name, value in result.attrs.items()})
+    markup = getattr(result, "_repr_html_", None)  # of a dataset
     if markup is not None:
         return str(markup()) if drawn is None else f"<div>{drawn}{markup()}</div>"
     parts = [f"<p><code>{html.escape(repr(result))}</code></p>", _tabulate_design(result), drawn or ""]
     return f'<div class="gaitopt">{"".join(parts)}</div>'
+
+
+def _shorten(value: Any) -> Any:
+    """Return an attribute of a dataset, a long text such as the statement of a study cut after some letters."""
+    return f"{value[:MOST_LETTERS]} ..." if isinstance(value, str) and len(value) > MOST_LETTERS else value
 
 
 def _draw(result: Any) -> str | None:
@@ -66,7 +77,7 @@ def _to_svg(figure: "Figure") -> str:
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
     content = text.getvalue()
-    return content[content.index("<svg") :]
+    return content[content.index("<svg") :].replace("<svg ", '<svg style="max-width: 100%; height: auto" ', 1)
 
 
 def _tabulate_design(result: Any) -> str:

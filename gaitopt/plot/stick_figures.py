@@ -12,7 +12,7 @@ from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, force_handles, walker_height
+from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, find_cone_ends, force_handles, walker_height
 from gaitopt.plot.ground_line import draw_ground
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, leg_color
 
@@ -85,9 +85,9 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     instants = choose_instants(motion, count)
     slope = motion.parameters["slope"]
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
-    spacing = _spacing(figures)
-    shifts = spacing * np.arange(len(instants), dtype=float)
     height = walker_height(figures)
+    cones = [find_cone_ends(motion, instant.segment, instant.sample, height=height) for instant in instants]
+    shifts = _spacing(figures, cones) * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
         _draw_walker(axes, motion, instant, shift, slope)
@@ -144,12 +144,13 @@ def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float
     return leg_color(number), 1.3 if number else 2.6, FRONT if number == 0 else FRONT - 1
 
 
-def _spacing(figures: Sequence[Array]) -> float:
-    """Return the smallest distance between neighbours that keeps them apart [m]."""
+def _spacing(figures: Sequence[Array], cones: Sequence[tuple[float, float]]) -> float:
+    """Return the smallest distance between neighbours that keeps them and their friction cones apart [m]."""
     height = max(float(np.ptp(figure[1])) for figure in figures)
     height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
-    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height)
+    beside = max(left[1] - right[0] for left, right in pairwise(cones))
+    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height, beside + 0.02 * height)
 
 
 def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift: float, slope: float) -> None:
@@ -238,10 +239,11 @@ def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
     for contact in sorted({contact for contact in motion.link_contacts if contact is not None}):
         color, width, _ = leg_look(motion, contact)
         entries[motion.contacts[contact].leg] = Line2D([], [], color=color, linewidth=width)
-    if not entries:
-        return
     legs, names = [*entries.values()], [*entries]
     if motion.loaded:
-        legs, names = [*legs, *force_handles()], [*names, *LABELS]
+        shown = len(LABELS) if np.isfinite(motion.parameters["friction"]) else 1  # without a cone on rough ground
+        legs, names = [*legs, *force_handles()[:shown]], [*names, *LABELS[:shown]]
+    if not legs:
+        return
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}
     axes.legend(legs, names, ncols=columns, **place)

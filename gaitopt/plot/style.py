@@ -211,15 +211,15 @@ def foot_line_style(number: int, leg: int) -> dict[str, Any]:
 
 
 def angle_symbol(name: str) -> str:
-    r"""Return the text of an angle in a figure: Greek for ``th1``, ``th_knee`` or ``theta``, otherwise its name.
+    r"""Return the text of an angle in a figure: Greek for ``th1``, ``th_knee`` or ``theta``, otherwise words.
 
     Examples
     --------
-    >>> angle_symbol("th2"), angle_symbol("knee"), angle_symbol("thrust")
-    ('$\\theta_{2}$', 'knee', 'thrust')
+    >>> angle_symbol("th2"), angle_symbol("left_knee"), angle_symbol("thrust")
+    ('$\\theta_{2}$', 'left knee', 'thrust')
     """
     match = re.fullmatch(r"th(?:eta)?(?:|_?(\d[A-Za-z0-9]*|[A-Za-z])|_([A-Za-z0-9]+))", name)
     if not match:
-        return name
+        return name.replace("_", " ")
     index = match[1] or match[2]
     return rf"$\theta_{{{index}}}$" if index else r"$\theta$"

@@ -23,6 +23,12 @@ HEIGHT, MAP_HEIGHT = 3.4, 2.9
 FAILURE_ROW = 0.07
 """Height of a row of crosses over that of the lines."""
 
+LEAST_SPREAD = 1e-6
+"""Relative difference of values below which they are shown as equal."""
+
+SAMPLE_LENGTH = 3.2
+"""Length of a line in the legend in font sizes, which shows its dashes beside its mark."""
+
 COLOURS = "cividis"
 """Colour map of a quantity, which is the same for readers with and without colour vision."""
 
@@ -115,14 +121,25 @@ def _draw_lines(table: "xr.Dataset", name: str, columns: tuple[Array, Any], labe
             line, best = line_style(number), lowest == number
             axes.plot(across, row, label=str(sequence), marker="o", markersize=2.5, **line)
             axes.plot(across[best], row[best], "o", color=line["color"], markersize=5.5, label="_lowest")
+        axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
         _mark_failures(axes, across, values)
         axes.set(xlabel=label_quantity(name, unit), ylabel=label)
         handles, labels = axes.get_legend_handles_labels()
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
             handles, labels = [*handles, mark], [*labels, "lowest cost"]
-        add_page_legend(figure, handles, labels, columns=3, width=style.width, loc="outside upper center")
+        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH}
+        add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
     return figure
+
+
+def _shown_range(values: Array, low: float, high: float) -> tuple[float, float]:
+    """Return the ends of an axis; values that differ by less than the tolerance of a solve are shown as equal."""
+    size = float(np.nanmax(np.abs(values)))
+    if size == 0 or np.nanmax(values) - np.nanmin(values) > LEAST_SPREAD * size:
+        return low, high
+    middle = (low + high) / 2
+    return middle - 0.05 * size, middle + 0.05 * size
 
 
 def _mark_failures(axes: "Axes", across: Array, values: Array) -> None:
@@ -149,7 +166,9 @@ def _draw_maps(
     rows, count = (1 + several, 1) if narrow else (1, 1 + several)
     with style.figure(MAP_HEIGHT * rows + 0.3) as figure:
         panels = figure.subplots(rows, count, sharex=True, sharey=True, squeeze=False).ravel()
-        mesh = panels[0].pcolormesh(across, upward, chosen.T, cmap=COLOURS, shading="nearest", rasterized=True)
+        low, high = _shown_range(chosen, float(np.nanmin(chosen)), float(np.nanmax(chosen)))
+        look: dict[str, Any] = {"cmap": COLOURS, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
+        mesh = panels[0].pcolormesh(across, upward, chosen.T, **look)
         figure.colorbar(mesh, ax=panels[0], label=label)
         if several:
             sequences = [str(name) for name in table.sequence.values]

@@ -78,6 +78,7 @@ def test_curves_are_kept_in_the_file(wheel, diagram, tmp_path):
     path = save_diagram(replace(diagram, curves=(curve,)), tmp_path / "curves.nc")
     (restored,) = load_diagram(path).curves
     assert restored.record() == curve.record()
+    assert restored.units == ("1", "rad")
 
 
 @pytest.mark.parametrize(

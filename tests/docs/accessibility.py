@@ -19,8 +19,8 @@ SKIPPED = ("generated/api/", "search.html", "genindex.html", "py-modindex.html",
 """Pages made by Sphinx alone."""
 
 THEME = (".headerlink", ".copybtn", ".bd-header", ".bd-sidebar-primary", ".bd-sidebar-secondary", ".prev-next-footer")
-TABLES = (".dataframe", ".xr-wrap")
-"""Parts of a page that other packages make: the theme of the site, and tables of pandas and xarray in notebooks."""
+TABLES = (".dataframe",)
+"""Parts of a page that other packages make: the theme of the site, and tables of pandas in notebooks."""
 
 OVERFLOW = "document.documentElement.scrollWidth > innerWidth"
 BROKEN = "[...document.images].filter(image => image.complete && !image.naturalWidth).map(image => image.src)"

@@ -43,6 +43,14 @@ def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(d
     np.testing.assert_allclose(lines["codimension two"].get_xydata(), [[np.degrees(0.15), 0.2]])
 
 
+def test_axes_of_curves_have_the_units_of_both_parameters(diagram):
+    fold = curve(SpecialKind.FOLD, [[0.1, 4.0], [0.2, 5.0]], "stick | stick", "stick | stick")
+    fold = replace(fold, parameters=("slope", "leg_mass"), units=("rad", "kg"))
+    (axes,) = plot_curves(replace(diagram, curves=(fold,))).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("leg mass [kg]", "slope [deg]")
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), np.degrees([0.1, 0.2]))
+
+
 def test_a_diagram_without_curves_is_named(diagram):
     with pytest.raises(InputError, match="has no curves of special points"):
         plot_curves(diagram)

@@ -1,0 +1,151 @@
+"""Figures as wide as a column show all labels, and nothing that the result does not contain."""
+
+import warnings
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from gaitopt import FigureStyle, compare, feedforward, load_diagram, plot_comparison, plot_gait, simulate
+from gaitopt.motion.view_motion import view_motion
+from gaitopt.plot import plot_branch_basin, plot_branches, plot_motion, plot_ranking, plot_sweep, view_result
+from gaitopt.plot.mode_bar import draw_mode_bar
+from gaitopt.plot.stick_figures import draw_stick_figures
+from gaitopt.plot.style import line_style
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking
+from tests.conftest import ROOT
+from tests.plot.test_gait_figure import axes_of
+from tests.plot.test_result_figures import make_sweep
+
+COLUMN = FigureStyle(width=3.5)
+
+
+def is_inside(figure):
+    """Return whether all that is drawn is inside the page, within 0.02 inch."""
+    figure.draw_without_rendering()
+    box, (across, upward) = figure.get_tightbbox(), figure.get_size_inches()
+    return box.x0 > -0.02 and box.y0 > -0.02 and box.x1 < across + 0.02 and box.y1 < upward + 0.02
+
+
+def labels_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_the_warning_of_a_failed_gait_is_inside_a_column(infeasible):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # such as that of a layout in which axes have no size
+        figure = plot_gait(infeasible, style=COLUMN)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    (text,) = axes_of(figure)["warning"].texts
+    assert infeasible.status.hint in text.get_text().replace("\n", " ")
+    box = text.get_bbox_patch().get_window_extent(canvas.get_renderer())
+    assert figure.bbox.contains(*box.min)
+    assert figure.bbox.contains(*box.max)
+    assert axes_of(figure)["stick figures"].get_window_extent().width > 0.8 * figure.bbox.width
+
+
+@pytest.mark.parametrize("width", [2.5, 3.0, 3.5, 4.0])
+def test_the_facts_of_a_title_are_not_divided(slipping, width):
+    title = plot_gait(slipping, style=FigureStyle(width=width)).get_suptitle()
+    for fact in ("speed 0.633 m/s", "step length 0.4713 m", r"friction $\mu$ = 0.14"):
+        assert any(fact in line for line in title.splitlines()), title
+
+
+def test_labels_of_the_rows_of_a_comparison_lie_apart(slipping):
+    figure = plot_comparison(compare({"one": slipping, "other": slipping}), style=COLUMN)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw_without_rendering()
+    boxes = [axes.yaxis.label.get_window_extent(renderer) for axes in figure.axes[:-1]]
+    assert not any(one.overlaps(other) for one, other in pairwise(boxes))
+
+
+def test_the_unit_of_an_objective_is_inside_a_column(slipping):
+    gait = replace(slipping, problem={**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"})
+    ranking = Ranking((RankedGait(sequence=gait.sequence, status="solved", gait=gait),), True)
+    assert is_inside(plot_ranking(ranking, style=COLUMN))
+
+
+def test_modes_are_named_where_their_names_fit(hop_gait):
+    names = {}
+    for width in (1.2, 7.2):
+        axes = Figure(figsize=(width, 1.0)).add_subplot()
+        draw_mode_bar(axes, view_motion(hop_gait.motion))
+        names[width] = [text.get_text() for text in axes.texts]
+    assert names == {1.2: ["flight"], 7.2: ["stick", "flight"]}
+
+
+def test_a_limit_of_one_actuator_has_its_colour_and_its_name(slipping):
+    for hip in (np.inf, 0.0):  # the line of an idle actuator is its own limit
+        gait = replace(slipping, problem={**slipping.problem, "torque_limit": {"ankle": 6.0, "hip": hip}})
+        torques = axes_of(plot_gait(gait))["torques"]
+        lines = {line.get_label(): line for line in torques.lines}
+        assert lines["limit, ankle"].get_color() == lines["ankle"].get_color() == line_style(2)["color"]
+        levels = {line.get_ydata()[0] for line in torques.lines if len(line.get_ydata()) == 2}
+        assert levels == {6.0, -6.0}
+
+
+def test_legs_of_a_walk_of_several_steps_have_their_colours(slipping):
+    first, parameters = slipping.motion.segments[0], slipping.motion.parameters
+    law = feedforward(slipping.robot, slipping.motion)
+    walk = simulate(slipping.robot, first.q[:, 0], first.v[:, 0], parameters, law=law, steps=2)
+    assert len(walk.motion.jumps) == 2
+    assert view_motion(walk.motion).link_contacts == view_motion(slipping.motion).link_contacts
+    figure = plot_motion(walk.motion)
+    assert labels_of(axes_of(figure)["stick figures"]) == ["stance leg", "swing leg", "contact force", "friction cone"]
+
+
+def test_the_legend_contains_no_friction_cone_on_ground_of_infinite_friction(slipping):
+    motion = replace(slipping.motion, parameters={**slipping.motion.parameters, "friction": np.inf})
+    figure = plot_gait(replace(slipping, motion=motion))
+    assert labels_of(axes_of(figure)["stick figures"]) == ["stance leg", "swing leg", "contact force"]
+    assert "infinite friction" in figure.get_suptitle()
+
+
+def test_friction_cones_of_neighbouring_stick_figures_lie_apart(hop_gait):
+    axes = Figure().add_subplot()
+    draw_stick_figures(axes, hop_gait.motion)
+    spans = [(patch.get_xy()[:, 0].min(), patch.get_xy()[:, 0].max()) for patch in axes.patches]
+    assert len(spans) > 1
+    assert all(one[1] < other[0] or other[1] < one[0] for one, other in combinations(spans, 2))
+
+
+def test_equal_values_of_a_sweep_are_drawn_as_equal(rng):
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    table["peak_torque"][:] = 6.0 - 1e-9 * rng.random(table.peak_torque.shape)  # optima with a limit of 6 N m
+    (axes,) = plot_sweep(table, quantity="peak_torque", style=COLUMN).axes
+    assert np.ptp(axes.get_ylim()) > 0.1
+    plane = make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2])
+    plane["peak_torque"][:] = 6.0 - 1e-9 * rng.random(plane.peak_torque.shape)
+    assert np.ptp(plot_sweep(plane, quantity="peak_torque").axes[0].collections[0].get_clim()) > 0.1
+
+
+@pytest.mark.parametrize(("sizes", "scale"), [([0.70, 0.72], "linear"), ([0.01, 0.7], "log")])
+def test_pushes_of_similar_sizes_have_a_linear_axis(sizes, scale):
+    table = xr.Dataset(
+        {
+            "share": (("friction", "ending"), [[1.0], [1.0]]),
+            "push": ("friction", sizes),
+            "edge": (("friction", "coordinate", "side"), np.full((2, 1, 1), np.nan)),
+        },
+        {"friction": [0.1, 0.2], "ending": ["fell"], "coordinate": ["th1_rate"], "side": ["forward"]},
+    )
+    assert plot_branch_basin(table).axes[1].get_yscale() == scale
+
+
+def test_the_axis_of_the_spectral_radius_ends_above_the_largest():
+    diagram = load_diagram(ROOT / "docs/examples/compass_slope.nc")
+    largest = max(float(np.nanmax(branch.radii)) for branch in diagram.branches)
+    assert largest < plot_branches(diagram).axes[1].get_ylim()[1] < 1.1 * largest
+
+
+def test_a_view_in_a_notebook_fits_in_a_narrow_window_and_shortens_long_attributes():
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5)).assign_attrs(question="friction " * 100)
+    page = view_result(table)
+    assert '<svg style="max-width: 100%; height: auto"' in page
+    assert 1 < page.count("friction ") < 50
+    assert len(table.attrs["question"]) == 900
