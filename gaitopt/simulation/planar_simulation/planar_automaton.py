@@ -71,7 +71,7 @@ class PlanarAutomaton:
         tolerance: float = RELATIVE,
         samples: int | None = None,
     ) -> None:
-        self._samples = samples
+        self.samples = samples
         self.robot, self.values, self.terrain, self._tolerance = robot, dict(values), terrain, tolerance
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
@@ -156,7 +156,7 @@ class PlanarAutomaton:
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
-                if self._samples is not None and len(times) > self._samples:
+                if self.samples is not None and len(times) > self.samples:
                     return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
                 short = short + 1 if integrator.t - integrator.t_old < SHORT_STEP else 0
                 size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
