@@ -54,6 +54,8 @@ class PlanarAutomaton:
         Relative tolerance of the integration.
     samples : int, optional
         Largest number of samples of a phase; a phase with more samples counts as failed.
+    short_slip : float
+        Duration [s] below which the slip of a foot before its lift-off is omitted.
 
     Raises
     ------
@@ -70,8 +72,9 @@ class PlanarAutomaton:
         *,
         tolerance: float = RELATIVE,
         samples: int | None = None,
+        short_slip: float = 0.0,
     ) -> None:
-        self.samples = samples
+        self.samples, self._short_slip = samples, short_slip
         self.robot, self.values, self.terrain, self._tolerance = robot, dict(values), terrain, tolerance
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
@@ -146,7 +149,7 @@ class PlanarAutomaton:
         phase = self.phase(state)
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
-        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
+        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state), self._short_slip)
         times, states, short = [state.time], [y], 0
         while times[-1] < until:
             corner = min(until, phase.source.next_corner(times[-1]))
