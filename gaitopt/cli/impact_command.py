@@ -117,6 +117,7 @@ def _print_outcome(robot: "PlanarRobot", outcome: "ImpactOutcome") -> None:
         for name, (tangential, normal) in candidate.impulse.items():
             table.add_row(name, candidate.modes[name].value, f"{tangential:.9g}", f"{normal:.9g}")
         out.print(table)
-        rates = zip(robot.coordinates, candidate.velocity_plus, strict=True)
+        rates = zip(robot.coordinates, candidate.velocity_plus, robot.units, strict=True)
         out.print(f"energy lost {candidate.energy_lost:.9g} J")
-        out.print("velocity after  " + "  ".join(f"{name} {rate:.9g}" for name, rate in rates), soft_wrap=True)
+        text = "  ".join(f"{name} {rate:.9g} {unit}/s" for name, rate, unit in rates)
+        out.print(f"velocity after  {text}", soft_wrap=True)

@@ -1,5 +1,6 @@
 """Simulated walks of robots with several contacts: start at a periodic gait, and output."""
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from gaitopt.cli.planar_gait_walk import follow_steps
 from gaitopt.cli.planar_walks import ENGINE
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.planar_steps import number_steps
 
 if TYPE_CHECKING:
     from gaitopt.model.terrain import Terrain
@@ -113,14 +115,14 @@ def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[Pl
     section : tuple of str
         Events that end the steps in turn, as returned by :func:`list_section_events` of the simulation.
     """
-    parts, begin, complete = list[PlanarMotion](), 0, 0
-    for k, event in enumerate(motion.events):
-        if section[complete % len(section)] in event.names:
-            parts.append(replace(motion, segments=motion.segments[begin : k + 1], events=motion.events[begin : k + 1]))
-            begin, complete = k + 1, complete + 1
-    if begin < len(motion.segments):
-        parts.append(replace(motion, segments=motion.segments[begin:], events=motion.events[begin:]))
-    return parts, complete
+    numbers, parts, begin = number_steps(motion, section), list[PlanarMotion](), 0
+    for count in Counter(numbers).values():
+        kept = slice(begin, begin + count)
+        parts.append(replace(motion, segments=motion.segments[kept], events=motion.events[kept]))
+        begin += count
+    ends = [event.names for event in motion.events[len(motion.segments) - 1 :]]
+    unfinished = numbers and not (ends and section[numbers[-1] % len(section)] in ends[0])
+    return parts, len(parts) - bool(unfinished)
 
 
 def print_planar_walk(walk: "PlanarRollout") -> None:

@@ -8,8 +8,10 @@ FIGURES, ANIMATIONS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 """Suffixes of pictures; any other file is a CSV table."""
 
 
-def write_walk(motion: AnyMotion, path: Path, title: str) -> Path:
+def write_walk(motion: AnyMotion, path: Path, title: str, section: tuple[str, ...] = ()) -> Path:
     """Write a walk in the format of the suffix: a figure, an animation, or trajectories as CSV.
+
+    `section` are the events that end the steps of a robot with several contacts.
 
     Raises
     ------
@@ -30,4 +32,4 @@ def write_walk(motion: AnyMotion, path: Path, title: str) -> Path:
         return animate(motion, path, steps=1)
     from gaitopt.export.csv_file import write_csv
 
-    return write_csv(motion, path)
+    return write_csv(motion, path, section=section)

@@ -163,7 +163,7 @@ def _end_planar_walk(
     from gaitopt.cli.walk_file import write_walk
     from gaitopt.status import Stop
 
-    written = None if output is None else write_walk(walk.motion, output, name)
+    written = None if output is None else write_walk(walk.motion, output, name, section)
     report_planar_walk(walk, section, written, json=json)
     raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
 

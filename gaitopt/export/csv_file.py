@@ -1,6 +1,6 @@
 """write_csv: a motion as a CSV table."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +10,14 @@ from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.planar_steps import number_steps
 from gaitopt.motion.printable import column_name
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 
 @check_arguments
-def write_csv(motion: AnyMotion, path: str | Path) -> Path:
+def write_csv(motion: AnyMotion, path: str | Path, *, section: Sequence[str] = ()) -> Path:
     """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
 
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in letters that MATLAB's
@@ -31,6 +33,9 @@ def write_csv(motion: AnyMotion, path: str | Path) -> Path:
         Motion of a gait or of a simulated walk.
     path : str or Path
         Usually ends in ``.csv``.
+    section : sequence of str, optional
+        Events that end the steps of a walk of a robot with several contacts in turn, such as
+        ``["foot B closes", "foot A closes"]``; without any, the motion is one step.
 
     Returns
     -------
@@ -60,11 +65,19 @@ def write_csv(motion: AnyMotion, path: str | Path) -> Path:
     header = [column_name(name) for name in ("step", *modes, *(name for name, _ in _columns(view, view.segments[0])))]
     with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(header) + "\n")
-        for segment in view.segments:
+        for segment, step in zip(view.segments, _steps(motion, view, section), strict=True):
             values = np.array([row for _, row in _columns(view, segment)])
-            start = ",".join([str(segment.step), *(segment.modes[i].value for i in view.closing), ""])
+            start = ",".join([str(step), *(segment.modes[i].value for i in view.closing), ""])
             file.writelines(start + ",".join(map(repr, sample.tolist())) + "\n" for sample in values.T)
     return path
+
+
+def _steps(motion: AnyMotion, view: MotionView, section: Sequence[str]) -> list[int]:
+    """Return the step of each phase of the view, which omits segments without duration."""
+    if not isinstance(motion, PlanarMotion):
+        return [segment.step for segment in view.segments]
+    numbers = number_steps(motion, section)
+    return [step for step, part in zip(numbers, motion.segments, strict=True) if part.time[-1] > part.time[0]]
 
 
 def _present(view: MotionView, segment: PhaseView, name: str) -> Iterator[tuple[str, Array]]:

@@ -29,6 +29,9 @@ OVERTIME = 0.02
 TIE = 1e-6
 """Impulse [N s] below which the mode of a contact after an impact is not determined."""
 
+SHORT_SLIP = 1e-7
+"""Duration [s] below which the replay omits the slip of a foot before its lift-off; it changes speeds by 1e-10 m/s."""
+
 INSTANT = 1e-9
 """Least time [s] between a state and the next corner of the torques."""
 
@@ -93,7 +96,9 @@ class _Replay:
     def __init__(self, gait: PlanarGait) -> None:
         self.planned, self.robot = gait.motion, gait.robot
         torques, values, terrain = _torques(gait), self.planned.parameters, self.planned.terrain
-        self.automata = [PlanarAutomaton(self.robot, values, torque, terrain) for torque in torques]
+        self.automata = [
+            PlanarAutomaton(self.robot, values, torque, terrain, short_slip=SHORT_SLIP) for torque in torques
+        ]
         self.impacts = 0
         self.segments: list[PlanarSegment] = []
         self.arcs: list[PlanarArc] = []

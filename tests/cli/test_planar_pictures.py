@@ -1,5 +1,6 @@
 """Pictures, reports, tables and simulations of robots with several contacts on the command line."""
 
+import csv
 import json
 from pathlib import Path
 
@@ -71,7 +72,12 @@ def test_a_walk_is_simulated_and_its_events_are_listed(capsys, tmp_path):
     assert names == ["knee B closes", "foot B closes", "knee A closes", "foot A closes"]
     assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # independent integration
     assert data["events"][1]["impulse"]["foot B"][1] > 0
-    assert "foot_A_mode" in path.read_text(encoding="utf-8").splitlines()[0]
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert "foot_A_mode" in rows[0]
+    touchdown = data["events"][1]["time"]
+    assert {row["step"] for row in rows if float(row["time_s"]) < touchdown} == {"0"}
+    assert {row["step"] for row in rows if float(row["time_s"]) > touchdown} == {"1"}
 
 
 def test_a_hop_that_takes_longer_than_the_gait_is_simulated_for_the_requested_steps(capsys):

@@ -141,6 +141,14 @@ def test_a_massless_link_is_a_fault():
     )
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_robot_without_mass_is_a_fault():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    check = check_planar(biped(c, bodies=[PointMass(0.0, ca.vertcat(c.coordinate("x"), c.coordinate("y")))]))
+    assert "the mass matrix is singular" in check.faults[0]
+    assert check.least_eigenvalue == 0
+
+
 def test_a_coordinate_of_travel_that_turns_the_robot_is_a_fault():
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY], travel="a")
     assert "the motion depends on the place" in check_planar(biped(c)).faults[0]

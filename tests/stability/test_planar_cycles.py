@@ -15,6 +15,7 @@ from gaitopt import compass_biped
 from gaitopt.errors import InputError
 from gaitopt.model import check_planar, compass_with_two_feet, kneed_walker, monopod, round_foot_walker, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
+from gaitopt.simulation.planar_simulation import planar_walker
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.stability import find_planar_cycle
@@ -97,6 +98,13 @@ def test_the_energy_lost_is_the_work_of_gravity(round_gait, kneed_gait):
         assert energy.gravity == pytest.approx(weight * gait.travel * np.sin(gait.parameters["slope"]), rel=1e-10)
         assert energy.impact_loss == pytest.approx(energy.gravity, rel=1e-10)
         assert energy.relative_residual < 1e-10
+
+
+def test_the_number_of_samples_of_a_periodic_gait_is_not_limited(monkeypatch):
+    """Only the walks of a push test end after a number of samples; a period of the flat foot has more of them."""
+    monkeypatch.setattr(planar_walker, "SAMPLES", 5)
+    gait = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], HOPPER, section="sole closes")
+    assert sum(segment.time.size for segment in gait.motion.segments) > 10
 
 
 def test_the_hopper_has_the_height_and_multiplier_of_the_closed_form():

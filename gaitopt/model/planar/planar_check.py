@@ -110,7 +110,8 @@ def check_planar(
         q, v, u = rng.uniform(0.2, 0.8, robot.n_q), rng.normal(size=robot.n_q), rng.normal(size=robot.n_u)
         mass = _evaluate(robot.dynamics, q, v, p)[0]
         eigenvalues = np.linalg.eigvalsh((mass + mass.T) / 2)
-        least = float(eigenvalues[0] / np.max(np.abs(eigenvalues)))
+        largest = np.max(np.abs(eigenvalues))
+        least = float(eigenvalues[0] / largest) if largest > 0 else 0.0
         rows.append(
             (
                 -least,

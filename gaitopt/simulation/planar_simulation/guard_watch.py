@@ -50,6 +50,8 @@ class GuardWatch:
         State at the start of the phase.
     is_well_posed : callable, optional
         Test of whether the forces in a state y are determined; the phase ends where they are not.
+    short_slip : float
+        Duration [s] below which the slip of a foot before its lift-off is omitted.
     """
 
     def __init__(
@@ -59,8 +61,9 @@ class GuardWatch:
         t: float,
         y: Array,
         is_well_posed: Callable[[Array], bool] | None = None,
+        short_slip: float = 0.0,
     ) -> None:
-        self._is_well_posed = is_well_posed
+        self._is_well_posed, self._short_slip = is_well_posed, short_slip
         self._phase, self._arming = phase, FastCall(phase.robot.arming, phase.p)
         kinds = phase.equations.guards
         self._zero = np.array([_tolerance(kind, weight) for kind in kinds])
@@ -92,19 +95,25 @@ class GuardWatch:
                 continue
             located.append(LocatedGuard(kind, at))
         if located:
-            return self._prefer_opening(min(located, key=lambda event: event.time), dense)
+            return self._prefer_opening(min(located, key=lambda event: event.time), located, dense)
         return None if self._is_well_posed is None else self._find_jam(self._is_well_posed, dense, span)
 
-    def _prefer_opening(self, event: LocatedGuard, dense: DenseOutput) -> LocatedGuard:
-        """Return the opening of a body instead of its slip if its forces are zero: the cone ends there."""
+    def _prefer_opening(self, event: LocatedGuard, located: list[LocatedGuard], dense: DenseOutput) -> LocatedGuard:
+        """Return the opening of a body instead of its slip if its forces vanish there or soon after: the cone ends."""
         if event.kind.name not in ("slips+", "slips-"):
             return event
         members = next(group for group in self._phase.equations.sticking if event.kind.number in group)
-        guards = self._phase.guards(event.time, dense(event.time))
-        kinds = self._phase.equations.guards
+        kinds, later = self._phase.equations.guards, event.time + self._short_slip
         opening = [i for i, kind in enumerate(kinds) if kind.name == "opens" and kind.number in members]
-        released = all(abs(guards[i]) <= self._zero[i] for i in opening)
-        return LocatedGuard(kinds[opening[0]], event.time) if released else event
+        guards, following = (self._phase.guards(t, dense(t)) for t in (event.time, later))
+        if all(abs(guards[i]) <= self._zero[i] for i in opening):
+            return LocatedGuard(kinds[opening[0]], event.time)
+        if self._short_slip == 0 or not all(guards[i] >= 0 >= following[i] for i in opening):
+            return event
+        roots = {i: find_root(functools.partial(self._value, dense, i), (event.time, later)) for i in opening}
+        first = min(roots, key=lambda i: roots[i])
+        others = [other.time for other in located if other.kind.number not in members]
+        return event if min(others, default=np.inf) <= roots[first] else LocatedGuard(kinds[first], roots[first])
 
     def refine(self, begin: float, y: Array, event: LocatedGuard) -> tuple[float, Array]:
         """Return the time of an event and the state there, to the accuracy of the integrator.

@@ -57,6 +57,8 @@ class PlanarAutomaton:
         Relative tolerance of the integration.
     samples : int, optional
         Largest number of samples of a phase; a phase with more samples counts as failed.
+    short_slip : float
+        Duration [s] below which the slip of a foot before its lift-off is omitted.
 
     Raises
     ------
@@ -73,9 +75,10 @@ class PlanarAutomaton:
         *,
         tolerance: float = RELATIVE,
         samples: int | None = None,
+        short_slip: float = 0.0,
     ) -> None:
         self.robot, self.values, self.terrain = robot, dict(values), terrain
-        self._tolerance, self._samples = tolerance, samples
+        self.samples, self._tolerance, self._short_slip = samples, tolerance, short_slip
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
         self.events = EventResolution(robot, values, self.torque, terrain)
@@ -150,7 +153,7 @@ class PlanarAutomaton:
 
     def _exceeds(self, samples: int) -> bool:
         """Return whether a phase has more samples than are allowed."""
-        return self._samples is not None and samples > self._samples
+        return self.samples is not None and samples > self.samples
 
     def restart(self, state: PlanarState) -> PlanarState:
         """Return a state at the beginning of a period, with the law's memory of it."""
@@ -161,7 +164,7 @@ class PlanarAutomaton:
         phase = self.phase(state)
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
-        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state))
+        watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state), self._short_slip)
         times, states, short = [state.time], [y], 0
         while times[-1] < until:
             corner = min(until, phase.source.next_corner(times[-1]))

@@ -1,5 +1,6 @@
 """Walks of a planar robot in steps, each from right after one section to right after the next one."""
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -85,10 +86,13 @@ NO_STEP = {Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
 
 
 def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str, longest: float) -> PlanarRollout:
-    """Return the motion until a section from a state with known closed contacts, whose modes follow from friction."""
-    state = automaton.restart(state)
+    """Return the motion until a section from a state with known closed contacts, whose modes follow from friction.
+
+    It ends after twice as many samples as the automaton accepts in a phase.
+    """
+    state, most = automaton.restart(state), math.inf if automaton.samples is None else 2 * automaton.samples
     chosen = automaton.events.choose(state, state.closed, state.latched, {})
-    return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS, most_samples=2 * SAMPLES)
+    return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS, most_samples=most)
 
 
 def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
