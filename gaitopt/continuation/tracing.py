@@ -243,7 +243,9 @@ class _Tracer:
             arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
         )
         doubled = family.double_period()
-        switched = switch_branch(doubled, doublings[0], arclength, checkpoint=self.options.checkpoint)
+        # The distances of the states shrink by about DOUBLING_STEPS from one doubling to the next, too.
+        reduction, checkpoint = DOUBLING_STEPS ** (level - 1), self.options.checkpoint
+        switched = switch_branch(doubled, doublings[0], arclength, reduction=reduction, checkpoint=checkpoint)
         if switched is None:
             return
         following = replace(self._follow(doubled, *switched, to_doubling=True), parent=number)
