@@ -30,6 +30,7 @@ from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
+from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,10 @@ if TYPE_CHECKING:
 
 MOST_STARTS = 10_000_000
 """Largest grid of a basin: it takes 600 MB."""
+STEPS = 100
+"""Maximum number of steps of a walk by default."""
+DIAGRAM = ".nc"
+"""Suffix of a diagram of branches and of basins along one of them."""
 
 
 def basin(
@@ -48,7 +53,7 @@ def basin(
     over: BasinAxes,
     setting: Setting = None,
     state: State = None,
-    steps: Annotated[int, typer.Option(min=2, max=100000, help="Maximum number of steps of a walk.")] = 100,
+    steps: Annotated[int, typer.Option(min=2, max=100000, help="Maximum number of steps of a walk.")] = STEPS,
     workers: Workers = None,
     scheduler: Scheduler = None,
     output: BasinOutput = None,
@@ -61,6 +66,10 @@ def basin(
     quiet: Quiet = False,
     verbose: Verbose = False,
     problem: RobotScript = None,
+    branch: Annotated[
+        int | None,
+        typer.Option("--branch", min=0, help="Number of the branch of a diagram (.nc).", show_default="0"),
+    ] = None,
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
@@ -72,16 +81,35 @@ def basin(
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
     rates that are not given change as little as possible, such that its feet stand on the ground.
 
+    For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
+    values of its parameter, and the smallest fatal push of each gait is reported.
+
     The command may be interrupted: with an output file, the same command resumes the computation.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
+    from gaitopt.cli.branch_basin import find_branch_basin, report_branch_basin
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.walk_output import basin_facts, print_basin
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
+    if source.suffix == DIAGRAM:
+        refused = {
+            "--set": setting,
+            "--state": state,
+            "--law": feedback,
+            "--steps": steps != STEPS,
+            "--workers": workers,
+        }
+        _check_diagram_options(output, {**refused, "--scheduler": scheduler, "--torque-limit": torque_limit})
+        with show_progress("gaits", hidden=json, counted=True) as display:
+            table = find_branch_basin(source, over, problem, branch or 0, engine, display.count)
+        report_branch_basin(table, output, json=json, seconds=time.perf_counter() - began)
+        return
+    if branch is not None:
+        raise InputError("--branch is accepted for a diagram (.nc) only.")
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if (planar := read_planar_subject(request)) is None:
         subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
@@ -105,6 +133,18 @@ def basin(
             report_file(output)
     if not result.attrs["complete"]:
         exit_incomplete(kept=output is not None)
+
+
+def _check_diagram_options(path: Path | None, refused: dict[str, Any]) -> None:
+    """Raise InputError if an option is not accepted for a diagram, or the file of the results is not writable."""
+    from gaitopt.motion.atomic import check_suffix, check_writable
+
+    for option, value in refused.items():
+        if value:
+            raise InputError(f"{option} is not accepted for a diagram (.nc), whose gaits and parameters are known.")
+    if path is not None:
+        check_suffix(path, {DIAGRAM: "basins along a branch"})
+        check_writable(path)
 
 
 def _basin_inputs(

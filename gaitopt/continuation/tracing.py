@@ -186,9 +186,10 @@ class _Tracer:
         for place in dict.fromkeys([ends[0], *inside]):
             for gait in source.search(place, self.options.starts):
                 return source.start(gait, place)
+        unit = "" if source.unit in ("", "1") else f" {source.unit}"
         raise InputError(
-            f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}; begin the "
-            "range where there is a gait."
+            f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}{unit}; begin "
+            "the range where there is a gait."
         )
 
     def follow_further_gaits(self) -> Iterator[GaitBranch]:
