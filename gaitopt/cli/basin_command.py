@@ -88,7 +88,7 @@ def basin(
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
-    from gaitopt.cli.branch_basin import find_branch_basin, report_branch_basin
+    from gaitopt.cli.diagram_basin import find_branch_basin, report_branch_basin
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.cli.planar_law_option import PlanarLawOption
