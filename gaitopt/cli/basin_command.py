@@ -30,7 +30,6 @@ from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
-from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,13 +38,16 @@ if TYPE_CHECKING:
     from gaitopt.cli.inputs import CommandInput, Request
     from gaitopt.motion.motion import Array
     from gaitopt.parallel.execution import TaskObserver
+    from gaitopt.simulation.engine import Engine
 
 MOST_STARTS = 10_000_000
 """Largest grid of a basin: it takes 600 MB."""
+BranchNumber = Annotated[
+    int | None,
+    typer.Option("--branch", min=0, help="Number of the branch of a diagram (.nc).", show_default="0"),
+]
 STEPS = 100
 """Maximum number of steps of a walk by default."""
-DIAGRAM = ".nc"
-"""Suffix of a diagram of branches and of basins along one of them."""
 
 
 def basin(
@@ -66,10 +68,7 @@ def basin(
     quiet: Quiet = False,
     verbose: Verbose = False,
     problem: RobotScript = None,
-    branch: Annotated[
-        int | None,
-        typer.Option("--branch", min=0, help="Number of the branch of a diagram (.nc).", show_default="0"),
-    ] = None,
+    branch: BranchNumber = None,
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
@@ -88,28 +87,17 @@ def basin(
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
-    from gaitopt.cli.diagram_basin import find_branch_basin, report_branch_basin
+    from gaitopt.cli.diagram_basin import DIAGRAM, compute_diagram_basin
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.cli.walk_output import basin_facts, print_basin
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
-    if source.suffix == DIAGRAM:
-        refused = {
-            "--set": setting,
-            "--state": state,
-            "--law": feedback,
-            "--steps": steps != STEPS,
-            "--workers": workers,
-        }
-        _check_diagram_options(output, {**refused, "--scheduler": scheduler, "--torque-limit": torque_limit})
-        with show_progress("gaits", hidden=json, counted=True) as display:
-            table = find_branch_basin(source, over, problem, branch or 0, engine, display.count)
-        report_branch_basin(table, output, json=json, seconds=time.perf_counter() - began)
+    if source.suffix == DIAGRAM or branch is not None:
+        stated: dict[str, Any] = {"--set": setting, "--state": state, "--law": feedback, "--torque-limit": torque_limit}
+        stated |= {"--steps": steps != STEPS, "--workers": workers, "--scheduler": scheduler}
+        compute_diagram_basin((source, problem, branch or 0), over, engine, output, stated, json=json)
         return
-    if branch is not None:
-        raise InputError("--branch is accepted for a diagram (.nc) only.")
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if (planar := read_planar_subject(request)) is None:
         subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
@@ -124,27 +112,23 @@ def basin(
             result = find_planar_basin(planar, option, axes, base, **options)
     engine_used = None if planar is not None else subject.engine
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
-    if json:
-        seconds = time.perf_counter() - began
-        print_json(basin_facts(result, engine_used, share) | {"file": output and str(output), "seconds": seconds})
-    else:
-        print_basin(result, engine_used, share)
-        if output is not None:
-            report_file(output)
+    _report(result, (engine_used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
         exit_incomplete(kept=output is not None)
 
 
-def _check_diagram_options(path: Path | None, refused: dict[str, Any]) -> None:
-    """Raise InputError if an option is not accepted for a diagram, or the file of the results is not writable."""
-    from gaitopt.motion.atomic import check_suffix, check_writable
+def _report(
+    table: "xr.Dataset", used: tuple["Engine | None", float | None], path: Path | None, *, json: bool, seconds: float
+) -> None:
+    """Print a basin, with its engine and the share of a saved gait, as a table or as JSON."""
+    from gaitopt.cli.walk_output import basin_facts, print_basin
 
-    for option, value in refused.items():
-        if value:
-            raise InputError(f"{option} is not accepted for a diagram (.nc), whose gaits and parameters are known.")
+    if json:
+        print_json(basin_facts(table, *used) | {"file": path and str(path), "seconds": seconds})
+        return
+    print_basin(table, *used)
     if path is not None:
-        check_suffix(path, {DIAGRAM: "basins along a branch"})
-        check_writable(path)
+        report_file(path)
 
 
 def _basin_inputs(

@@ -1,22 +1,71 @@
 """Basins along a branch of a saved diagram."""
 
+import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gaitopt.parallel.execution import TaskObserver
-
+DIAGRAM = ".nc"
+"""Suffix of a diagram of branches, and of basins along one of them."""
 MOST_VALUES = 100_000
 """Largest number of values of the parameter."""
 
 
-def find_branch_basin(
-    file: Path, over: list[str], source: Path | None, branch: int, engine: str, observer: "TaskObserver"
-) -> "xr.Dataset":
+def compute_diagram_basin(
+    traced: tuple[Path, Path | None, int],
+    over: list[str],
+    engine: str,
+    path: Path | None,
+    stated: Mapping[str, Any],
+    *,
+    json: bool,
+) -> None:
+    """Compute and report the basins along a branch of a saved diagram.
+
+    Parameters
+    ----------
+    traced : (Path, Path or None, int)
+        Diagram, script or saved gait from which it was traced, and number of the branch.
+    over : list of str
+        Value of ``--over``.
+    engine : str
+        Name of the engine.
+    path : Path or None
+        File of the basins.
+    stated : mapping of str to object
+        Values of the options that are not accepted for a diagram; false if not stated.
+    json : bool
+
+    Raises
+    ------
+    InputError
+        If the source is not a diagram, an option is not accepted, or the file is not writable.
+    """
+    from gaitopt.cli.progress_display import show_progress
+    from gaitopt.motion.atomic import check_suffix, check_writable
+
+    began, (file, source, branch) = time.perf_counter(), traced
+    if file.suffix != DIAGRAM:
+        raise InputError(f"--branch is accepted for a diagram ({DIAGRAM}) only.")
+    for option, value in stated.items():
+        if value:
+            raise InputError(
+                f"{option} is not accepted for a diagram ({DIAGRAM}), whose gaits and parameters are known."
+            )
+    if path is not None:
+        check_suffix(path, {DIAGRAM: "basins along a branch"})
+        check_writable(path)
+    with show_progress("basins along a branch", hidden=json):
+        table = find_branch_basin(file, over, source, branch, engine)
+    report_branch_basin(table, path, json=json, seconds=time.perf_counter() - began)
+
+
+def find_branch_basin(file: Path, over: list[str], source: Path | None, branch: int, engine: str) -> "xr.Dataset":
     """Return the basins along a branch of a saved diagram of periodic gaits.
 
     Parameters
@@ -31,8 +80,6 @@ def find_branch_basin(
         Number of the branch.
     engine : str
         Name of the engine.
-    observer : callable
-        Called with the numbers of values done and of all values.
 
     Raises
     ------
@@ -64,7 +111,7 @@ def find_branch_basin(
         raise InputError("Basins along a branch are not computed for robots with several contacts.")
     chosen = engine_named(engine, problem.law or passive(problem.robot), problem.robot)
     values = axes[diagram.parameter]
-    return trace_basin(problem, diagram, values, branch=branch, engine=chosen, observer=observer)
+    return trace_basin(problem, diagram, values, branch=branch, engine=chosen)
 
 
 def report_branch_basin(table: "xr.Dataset", path: Path | None, *, json: bool, seconds: float) -> None:

@@ -16,7 +16,6 @@ from gaitopt.control.law import passive
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.versions import versions
-from gaitopt.parallel.execution import TaskObserver
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -58,7 +57,6 @@ def trace_basin(
     radius: float = 0.3,
     search: PushSearch | None = None,
     engine: Engine | None = None,
-    observer: TaskObserver | None = None,
 ) -> "xr.Dataset":
     """Return the endings of walks from a ball around the gaits of a branch, and their smallest fatal pushes.
 
@@ -78,8 +76,6 @@ def trace_basin(
     search : PushSearch, optional
         Search for the smallest fatal push; the direction of each gait is the first guess of the next one.
     engine : Engine, optional
-    observer : callable, optional
-        Called with the numbers of values done and of all values.
 
     Returns
     -------
@@ -112,10 +108,8 @@ def trace_basin(
         raise InputError(f"The radius of the ball must be positive and finite, got {radius!r} rad/s.")
     measure = _measure_with(problem, diagram, branch, balls or PushTest(), radius, search or PushSearch(), engine)
     points, previous = list[_BasinPoint](), None
-    for done, value in enumerate(values, start=1):
+    for value in values:
         point = measure(float(value), previous)
-        if observer is not None:
-            observer(done, len(values))
         if point is None:
             continue
         points.append(point)
