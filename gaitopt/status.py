@@ -77,7 +77,7 @@ class Stop(Enum):
     PAINLEVE = "Slip is not well posed here (Painleve's paradox); the simulation ends there."
     SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
-    TOO_MANY_EVENTS = "Too many contact events in one step (chattering)."
+    TOO_MANY_EVENTS = "One step has too many contact events or samples: a foot chatters, or the robot spins."
     EVENT_REACHED = "The requested event was reached."
     DURATION_DONE = "The requested duration was simulated."
     INCONSISTENT = (

@@ -2,6 +2,7 @@
 
 import functools
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -30,6 +31,7 @@ from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
+from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,8 +76,8 @@ def basin(
 
     For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
     gait is also reported.  Coordinates of the start without an axis have the value of --state, otherwise that of the
-    saved gait or, with a single axis, of the periodic gait that is found first; they are 0 for a script with two axes.
-    The file of results contains them.
+    saved gait.  Those of a script with a single axis and without --state are those of the periodic gait that is found
+    first; otherwise they are 0.  The file of results contains them.
 
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
     rates that are not given change as little as possible, such that its feet stand on the ground.
@@ -102,7 +104,8 @@ def basin(
     if (planar := read_planar_subject(request)) is None:
         subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
     else:
-        axes, base = _axes_of(request, over, hidden=json or quiet), read_numbers(state, "--state")
+        axes = _axes_of(request, over, hidden=json or quiet)
+        base = _read_start(state, axes)
     with worker_options(workers, scheduler) as team, show_progress("starts", hidden=json, counted=True) as display:
         if planar is None:
             result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
@@ -146,22 +149,32 @@ def _basin_inputs(
     note = faster_walks(subject.engine)
     if note and not hidden:
         err.print(note, soft_wrap=True)
-    base = read_numbers(state, "--state")
+    base = _read_start(state, axes)
     if subject.cycle is not None:
         base = choose_start(subject.robot, subject.robot.vector(subject.parameters), base, subject.cycle)
     return subject, axes, {name: value for name, value in base.items() if name not in axes}
 
 
+def _read_start(state: list[str] | None, axes: "Mapping[str, Array]") -> dict[str, float]:
+    """Return the values of --state; raise InputError if one of them is also an axis."""
+    base = read_numbers(state, "--state")
+    for name in base:
+        if name in axes:
+            raise InputError(f"{name} is stated by both --over and --state; state it once.")
+    return base
+
+
 def _axes_of(request: "Request", over: list[str], *, hidden: bool) -> dict[str, "Array"]:
     """Return the axes of a basin in SI units."""
     from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
+    from gaitopt.cli.planar_gait_walk import is_planar_gait
     from gaitopt.cli.script import read_script
 
     axes = grid(over, MOST_STARTS)
     if not request.is_script:
         return axes
     script = read_script(request.source, request.settings)
-    problem = cast("Problem", request.stated)
+    problem = cast("Problem", request.stated if is_planar_gait(request.stated) else request.problem)
     axes = convert_axes(script, problem, axes)
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gaitopt.cli.script import (
+    ROBOT_OF_SCRIPT,
     load_any_gait,
     read_script,
     require_single_support,
@@ -82,10 +83,7 @@ class Request:
             If an option does not apply to a script, or the script is invalid.
         """
         if self.script is not None:
-            raise InputError(
-                "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its "
-                "robot."
-            )
+            raise InputError(ROBOT_OF_SCRIPT)
         return read_script(self.source, self.settings)()
 
     @functools.cached_property

@@ -27,7 +27,7 @@ def find_feedback(
     name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
 ) -> "Callable[[Gait, Robot], Law] | None":
     """Return a function that makes the law of a saved gait, or None if its torques are replayed."""
-    if name == OPEN_LOOP and not gains and not stance_angle:
+    if name == OPEN_LOOP and not gains and torque_limit is None and not stance_angle:
         return None
     return functools.partial(law_for, name=name, gains=gains, torque_limit=torque_limit, stance_angle=stance_angle)
 
@@ -42,6 +42,8 @@ def law_for(
 
         if gains:
             raise InputError("The feedforward torques of a gait have no gains; name a feedback law with --law.")
+        if torque_limit is not None:
+            raise InputError("The feedforward torques of a gait have no limit to set; name a feedback law with --law.")
         law = feedforward(robot, gait.motion)
         return by_stance_angle(robot, gait.motion, law) if stance_angle else law
     design, values = design_for(gait, robot, name, torque_limit, stance_angle), dict[str, float]()

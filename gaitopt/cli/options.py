@@ -205,7 +205,7 @@ TorqueLimit = Annotated[
     float | None,
     typer.Option(
         "--torque-limit",
-        show_default="1.2 times the limit of the plan",
+        show_default="1.2 times the limit of the plan; none for a robot with several contacts",
         help="Torque limit of every actuator under feedback [N m].",
     ),
 ]

@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.errors import InputError
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -48,9 +46,6 @@ def find_planar_basin(
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.study.basins.basin import basin
 
-    for name in base:
-        if name in axes:
-            raise InputError(f"{name} is stated by both --over and --state; state it once.")
     chosen = law.make(subject) if isinstance(subject, PlanarGait) else None
     return basin(subject, base, axes, law=chosen, **options)
 

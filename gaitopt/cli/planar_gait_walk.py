@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from gaitopt.motion.motion import Array
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+    from gaitopt.simulation.planar_simulation.planar_state import PlanarState
+    from gaitopt.status import Stop
 
 
 def is_planar_gait(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
@@ -61,17 +64,36 @@ def simulate_planar_gait(
         If a name is unknown, or the feet of the gait cannot stand on the ground in any state with the changed values.
     """
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
-    from gaitopt.simulation.planar_simulation.planar_simulator import follow
-    from gaitopt.simulation.planar_simulation.planar_walker import LONGEST
-    from gaitopt.status import Stop
 
     values, first = gait.motion.parameters, gait.motion.segments[0]
     y, n = np.concatenate([first.q[:, 0], first.v[:, 0]]), gait.robot.n_q
     if changes:
         y = _change_start(gait, law, y, changes)
     automaton = PlanarAutomaton(gait.robot, values, law, terrain)
-    duration = steps * LONGEST * gait.period
-    walk = follow(automaton, automaton.begin(y[:n], y[n:]), duration=duration, until=law.section, steps=steps)
+    return follow_steps(automaton, automaton.begin(y[:n], y[n:]), law.section, gait.period, steps)
+
+
+def follow_steps(
+    automaton: "PlanarAutomaton", state: "PlanarState | Stop", section: str, period: float, steps: int
+) -> "PlanarRollout":
+    """Return the simulation of some steps from a state, which ends right after the last one or if they take too long.
+
+    Parameters
+    ----------
+    automaton : PlanarAutomaton
+    state : PlanarState or Stop
+    section : str
+        Event that ends the first step; the event of the other leg ends the second one, and so on.
+    period : float [s]
+        Period of the gait near which the robot walks.
+    steps : int
+    """
+    from gaitopt.simulation.planar_simulation.planar_simulator import follow
+    from gaitopt.simulation.planar_simulation.planar_walker import LONGEST, MOST_EVENTS
+    from gaitopt.status import Stop
+
+    most: dict[str, Any] = {"duration": steps * LONGEST * period, "most_events": steps * MOST_EVENTS}
+    walk = follow(automaton, state, until=section, steps=steps, **most)
     ends = {Stop.EVENT_REACHED: Stop.STEPS_DONE, Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
     return replace(walk, stop=ends.get(walk.stop, walk.stop))
 

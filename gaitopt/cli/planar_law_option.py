@@ -24,7 +24,7 @@ class PlanarLawOption:
     ----------
     name : str
     gains : list of str
-        ``NAME=VALUE``; a gain of joint PD feedback that is not named is zero.
+        ``NAME=VALUE``; a gain of joint PD feedback that is not named has the value with which its tuning starts.
     torque_limit : float or None [N m or N]
     stance_angle : bool
     """
@@ -43,11 +43,13 @@ class PlanarLawOption:
             If there is no such law, or it does not have the gains or options.
         """
         from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
+        from gaitopt.tuning.controller_family import SYNONYMS
         from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
         if Path(self.name).suffix == ".json":
             return self._tuned_law(gait)
-        name = self.name.replace("-", "_").replace(" ", "_")
+        name = self.name.strip().replace("-", "_").replace(" ", "_")
+        name = SYNONYMS.get(name, name)
         if name not in PLANAR_LAWS:
             raise InputError(
                 f"There is no feedback law {self.name!r} for a robot with several contacts. "
@@ -57,7 +59,8 @@ class PlanarLawOption:
             raise InputError("--stance-angle is not accepted for a robot with several contacts.")
         limit = float("inf") if self.torque_limit is None else self.torque_limit
         if name == "joint_pd":
-            return planar_joint_pd(gait, torque_limit=limit).with_gains(read_numbers(self.gains, "--gain"))
+            values = {gain.name: gain.start for gain in self.family(gait).gains}
+            return planar_joint_pd(gait, torque_limit=limit).with_gains(values | read_numbers(self.gains, "--gain"))
         if self.gains or (self.torque_limit is not None and name != "lqr"):
             limits = "" if name == "lqr" else " and no torque limit"
             raise InputError(f"The law {name!r} of a robot with several contacts has no gains{limits} to set.")

@@ -8,6 +8,7 @@ from rich import box
 from rich.table import Table
 
 from gaitopt.cli.output import out, print_json, report_file
+from gaitopt.cli.planar_gait_walk import follow_steps
 from gaitopt.cli.planar_walks import ENGINE
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
 
 STARTS = 8
 """Starts of the search for the gait in which a simulation begins."""
-
-SHORTER = 1e-6
-"""Share of a period by which a simulation ends before its last event."""
 
 
 def simulate_planar_walk(
@@ -40,7 +38,7 @@ def simulate_planar_walk(
     changes : dict of str to float
         New values by the names of the state [m, rad; m/s, rad/s].
     steps : int
-        Number of periods; the simulation ends just before the last event.
+        Number of periods; the simulation ends right after the last one.
     engine : str
     terrain : Terrain, optional
         The ground on which the walk is simulated; the gait is that on a plane.
@@ -52,7 +50,7 @@ def simulate_planar_walk(
     """
     from gaitopt.model.contacts.mode import Mode
     from gaitopt.simulation.planar_simulation.placement import place_planar
-    from gaitopt.simulation.planar_simulation.planar_simulator import simulate_planar
+    from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 
     if engine not in ("auto", ENGINE):
         raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
@@ -73,27 +71,27 @@ def simulate_planar_walk(
         feet = [name for name, mode in modes if mode not in (Mode.FREE, Mode.LATCHED)]
         q, v = place_planar(robot, coordinates, rates, ground, on=feet)
     latched = tuple(name for name, mode in modes if mode is Mode.LATCHED)
-    duration = steps * cycle.period * (1 - SHORTER)
-    options: dict[str, Any] = {"duration": duration, "torque": problem.torque, "latched": latched}
-    return simulate_planar(robot, q, v, ground, **options)
+    automaton = PlanarAutomaton(robot, problem.parameters, problem.torque, terrain)
+    return follow_steps(automaton, automaton.begin(q, v, latched=latched), problem.section, cycle.period, steps)
 
 
 def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: str) -> bool:
     return name in problem.rates or f"{name}_rate" in changes
 
 
-def report_planar_walk(
-    walk: "PlanarRollout", section: tuple[str, ...], written: Path | None, *, steps: int, json: bool
-) -> None:
+def report_planar_walk(walk: "PlanarRollout", section: tuple[str, ...], written: Path | None, *, json: bool) -> None:
     """Print the events of a walk as JSON or as a table; `section` as in :func:`split_steps`."""
     from gaitopt.motion.planar_gait_summary import event_facts
     from gaitopt.motion.summary import ledger_facts
-    from gaitopt.status import Stop
 
     if json:
         parts, complete = split_steps(walk.motion, section)
-        done = steps if walk.stop in (Stop.DURATION_DONE, Stop.STEPS_DONE) else complete
-        facts = {"engine": ENGINE, "stop": walk.stop.key, "hint": walk.stop.hint, "steps": done}
+        facts: dict[str, Any] = {
+            "engine": ENGINE,
+            "stop": walk.stop.key,
+            "hint": walk.stop.hint,
+            "steps": complete,
+        }
         facts |= {
             "sequences": [part.sequence for part in parts],
             "events": [event_facts(walk.motion, event) for event in walk.motion.events],

@@ -109,6 +109,6 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
             f"{cycle.period:.7g}",
             "\n".join(format_multiplier(value) for value in cycle.multipliers),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
-            describe_critical_friction(cycle.critical_friction),
+            describe_critical_friction(cycle.critical_friction, cycle.sequence),
         )
     out.print(table)

@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
+ROBOT_OF_SCRIPT = (
+    "--problem specifies the robot of a saved gait; it is not accepted for a script, which defines its robot."
+)
+"""Error message if --problem is stated together with a script."""
+
 
 @dataclass(frozen=True, eq=False)
 class Script:
@@ -227,7 +232,7 @@ def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
     Raises
     ------
     InputError
-        If the script is a walking problem, or the gait is not a solution.
+        If the script is a walking problem or another one names the robot, or the gait is not a solution.
     """
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.multicontact.planar_solver import solve_planar
@@ -237,6 +242,8 @@ def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
     if file.suffix == ".py" and file.is_file():
         stated = read_script(file)()
         if isinstance(stated, PlanarProblem):
+            if script is not None:
+                raise InputError(ROBOT_OF_SCRIPT)
             return solve_planar(stated).require()
         if isinstance(stated, WalkProblem | PlanarWalkProblem):
             raise InputError(

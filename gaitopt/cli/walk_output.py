@@ -48,7 +48,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),
-            describe_critical_friction(cycle.critical_friction),
+            describe_critical_friction(cycle.critical_friction, cycle.sequence),
         )
     out.print(table)
 

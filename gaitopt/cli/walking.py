@@ -132,7 +132,7 @@ def simulate(
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch))
     if planar is not None:
-        _end_planar_walk(*planar, source.stem, output, steps=steps, json=json)
+        _end_planar_walk(*planar, source.stem, output, json=json)
     if rise or patch:
         raise InputError("--rise and --patch apply to robots with several contacts only.")
     with show_progress("simulating", hidden=json):
@@ -156,7 +156,7 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
 
 
 def _end_planar_walk(
-    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, steps: int, json: bool
+    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, json: bool
 ) -> NoReturn:
     """Write and print a walk of a robot with several contacts, and end the command."""
     from gaitopt.cli.planar_walk_output import report_planar_walk
@@ -164,8 +164,8 @@ def _end_planar_walk(
     from gaitopt.status import Stop
 
     written = None if output is None else write_walk(walk.motion, output, name)
-    report_planar_walk(walk, section, written, steps=steps, json=json)
-    raise typer.Exit(0 if walk.stop in (Stop.DURATION_DONE, Stop.STEPS_DONE) else 1)
+    report_planar_walk(walk, section, written, json=json)
+    raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
 
 
 def _planar_walk(

@@ -28,7 +28,7 @@ LINE = 70
 """Largest number of characters of a line of the title."""
 
 FAILURES = {"fell": "0.85", "lift_off": "0.6", "no_touchdown": "0.93", "unsettled": "#F0E442"}
-"""Colours of endings that are not gaits; others are grey."""
+"""Colours of endings that are not gaits; others are dark greys."""
 
 
 @check_arguments
@@ -122,7 +122,9 @@ def ending_colors(labels: list[str]) -> dict[str, str]:
     """
     gaits = [label for label in labels if "|" in label]
     colors = {name: area_color(number) for number, name in enumerate(gaits)}
-    return {label: colors.get(label) or FAILURES.get(label, "0.45") for label in labels}
+    others = [label for label in labels if label not in {*colors, *FAILURES}]
+    colors |= FAILURES | {label: f"{0.45 * (1 - number / len(others)):.2f}" for number, label in enumerate(others)}
+    return {label: colors[label] for label in labels}
 
 
 def _coordinate_label(name: str, unit: str) -> str:

@@ -140,7 +140,7 @@ def _cycle_table(cycle: AnyCycle) -> Element:
         *((name, f"{value:.9g}") for name, value in cycle.state.items()),
         ("period", f"{cycle.period:.7g} s"),
         ("travel", f"{cycle.travel:.7g} m"),
-        ("critical friction", describe_critical_friction(cycle.critical_friction)),
+        ("critical friction", describe_critical_friction(cycle.critical_friction, cycle.sequence)),
         ("residual", f"{cycle.residual:.1e}"),
         ("section", f"right after {cycle.section}") if isinstance(cycle, PlanarCycle) else ("engine", cycle.engine),
     ]

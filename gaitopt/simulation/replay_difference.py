@@ -46,15 +46,17 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
 
 
 def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: float) -> str:
-    """Return a text on the gap of a contact at a time of the plan and whether it is armed; empty if it is closed."""
+    """Return a text on the gap of a contact at a time of the plan and on its arming; empty if it is closed."""
     segment = next((each for each in planned.segments if each.time[0] <= time <= each.time[-1]), planned.segments[-1])
     if segment.state.mode(name) is not Mode.FREE:
         return ""
     curve, number = CubicHermiteSpline(segment.time, segment.q, segment.v, axis=1), robot.contact_names.index(name)
     q, v, p = curve(time), curve(time, 1), robot.vector(planned.parameters)
-    gap = float(robot.gaps(q, p)[0][number])
+    gap, entry = float(robot.gaps(q, p)[0][number]), robot.contacts[number]
+    if entry.is_stop:
+        return f"{name} is then {abs(gap):.2g} {entry.unit} {'before' if gap >= 0 else 'beyond'} its limit in the plan"
     side = "above" if gap >= 0 else "below"
     place = f"{name} is then {1000 * abs(gap):.2g} mm {side} the ground in the plan"
-    if not robot.contacts[number].conditional:
+    if not entry.conditional:
         return place
     return f"{place}, and {'armed' if float(robot.arming(q, v, p)[number]) > 0 else 'not armed'}"

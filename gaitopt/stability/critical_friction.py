@@ -44,18 +44,18 @@ class CriticalFriction:
     impact: float
 
 
-def describe_critical_friction(critical: CriticalFriction | None) -> str:
+def describe_critical_friction(critical: CriticalFriction | None, sequence: str) -> str:
     """Return the lowest friction without slipping of a gait as text for a table.
 
     Examples
     --------
-    >>> describe_critical_friction(None)
-    'slips'
-    >>> describe_critical_friction(CriticalFriction(0.236, 0.1, np.zeros(4), 0.8))
+    >>> describe_critical_friction(None, "slip+ stick | slip+"), describe_critical_friction(None, "sole closed |")
+    ('slips', 'no friction')
+    >>> describe_critical_friction(CriticalFriction(0.236, 0.1, np.zeros(4), 0.8), "stick | stick")
     '0.8 (impact)'
     """
     if critical is None:
-        return "slips"
+        return "slips" if "slip+" in sequence or "slip-" in sequence else "no friction"
     return f"{critical.impact:.6g} (impact)" if critical.impact > critical.friction else f"{critical.friction:.6g}"
 
 

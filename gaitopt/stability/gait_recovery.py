@@ -38,6 +38,7 @@ def measure_gait_recovery(
     >>> measure_gait_recovery(gait, feedforward(gait.robot, gait.motion), 0.01, PushTest(starts=2)).returned
     2
     """
+    _check_law(gait, law)
     try:
         cycle = assess_stability(gait, law)
     except InputError:
@@ -56,3 +57,9 @@ def walker_near(
     if isinstance(gait, Gait) and isinstance(law, Law):
         return make_walker(gait.robot, law, cycle.parameters, period=gait.period, engine=engine)
     raise InputError(f"The law {law.name!r} does not belong to the gait of robot {gait.robot_name!r}.")
+
+
+def _check_law(gait: AnyGait, law: Law | PlanarLaw) -> None:
+    """Raise InputError if a law is that of the other kind of robots."""
+    if isinstance(gait, PlanarGait) is not isinstance(law, PlanarLaw):
+        raise InputError(f"The law {law.name!r} does not belong to the gait of robot {gait.robot_name!r}.")

@@ -180,7 +180,7 @@ def find_largest_recovery(
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
     radius, walk = test.largest / 16, make_pushed_walk(walker, cycle)
-    while upper - lower > test.resolution * upper and upper > 1e-6:
+    while (math.isinf(beyond) or upper - lower > test.resolution * upper) and upper > 1e-6:
         settling = []
         for push in draw_from_ball(walk.spread, test):
             settling.append(_count_settling_steps(walk, radius * push, test))
@@ -192,7 +192,7 @@ def find_largest_recovery(
         else:
             lower = radius
             best = _make_recovery(test, radius, test.starts, tuple(steps for steps in settling if steps is not None))
-        radius = min(2 * lower, upper) if lower and upper == test.largest else (lower + upper) / 2
+        radius = min(2 * lower, upper) if lower and math.isinf(beyond) else (lower + upper) / 2
         if not lower:
             radius = upper / 2
         if lower == test.largest:

@@ -1,5 +1,6 @@
 """Comparison of gaits: a table of their metrics and multipliers."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -195,4 +196,5 @@ def _tabulate_parameters(gait: Gait) -> dict[str, str]:
     """Return the parameters of a gait as text, those of the ground and of the task first."""
     values = gait.motion.parameters
     first = {"friction": values["friction"], "slope": values["slope"], "speed": gait.speed, "step": gait.step_length}
-    return {name: f"{value:.4g}" for name, value in {**first, **values}.items()}
+    texts = {name: f"{value:.4g}" for name, value in {**first, **values}.items()}
+    return texts | {"slope": f"{math.degrees(values['slope']):.4g}\N{DEGREE SIGN}"}

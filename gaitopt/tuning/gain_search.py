@@ -125,7 +125,7 @@ class GainSearch:
         matrices = ground.derivatives(law)
         if not matrices or not all(np.all(np.isfinite(matrix)) for matrix in matrices):
             return INFEASIBLE_PENALTY
-        return worst(*(self.objective(matrix, ground.scale) for matrix in matrices))
+        return worst(*(self.objective(matrix, np.broadcast_to(ground.scale, len(matrix))) for matrix in matrices))
 
 
 def _simplex(share: Array) -> Array:

@@ -33,7 +33,7 @@ class GroundMap(Protocol):
 
     @property
     def scale(self) -> Array:
-        """Sizes of deviations of the coordinates that have equal weight, shape (n_z,)."""
+        """Sizes of deviations of the coordinates that have equal weight, shape (n_z,), or (1,) if they are equal."""
         ...
 
     def derivatives(self, law: Any) -> tuple[Array, ...]:
@@ -75,7 +75,7 @@ class PlanarGroundMap:
     """The return map of a gait of a robot with several contacts, in coordinates of equal weight."""
 
     def __init__(self, gait: PlanarGait, ground: Mapping[str, float]) -> None:
-        self._gait, self._ground = gait, ground
+        self._gait, self._ground, self._planned = gait, ground, dict(ground) == gait.motion.parameters
         first, n = gait.motion.segments[0], gait.robot.n_q
         self._start = first.q[:, 0].copy(), first.v[:, 0].copy()
         self._weights = np.repeat([1 / ANGLE, 1 / RATE], n)
@@ -88,8 +88,10 @@ class PlanarGroundMap:
             cycle = find_cycle_from(automaton, *self._start, law.section, tolerance=PLANNED)
         except InputError:  # the robot falls in its first step
             return ()
-        if cycle is None or abs(cycle.period - self._gait.period) > NEAR * self._gait.period:
+        if cycle is None:
             return ()
+        if self._planned and abs(cycle.period - self._gait.period) > NEAR * self._gait.period:
+            return ()  # on another ground the period differs
         weight = np.linalg.qr(self._weights[:, None] * cycle.basis)[1]
         return (weight @ cycle.derivative @ np.linalg.inv(weight),)
 

@@ -141,6 +141,8 @@ def test_push_prints_a_table(capsys):
         (("tune", GAIT, "--torque-limit", "-1"), "--torque-limit must be positive"),
         (("stability", GAIT, "--law", "pd", "--gain", "knee=1"), "no gain 'knee'"),
         (("stability", GAIT, "--gain", "knee=1"), "have no gains"),
+        (("push", GAIT, "--torque-limit", "3"), "have no limit to set; name a feedback law with --law"),
+        (("simulate", GAIT, "--torque-limit", "3"), "have no limit to set; name a feedback law with --law"),
         (("push", GAIT, "--gain", "a=b", "--law", "pd"), "--gain must have the form NAME=NUMBER"),
         (("stability", "problems/compass_passive.py", "--law", "pd"), "--law is accepted for a saved gait only"),
     ],

@@ -84,6 +84,14 @@ def test_tuned_gains_are_saved_and_reloaded(gait, tuned, tmp_path):
     assert changed.gain_values["hip_damping"] == law.gain_values["hip_damping"]
 
 
+def test_gains_that_are_not_named_have_the_values_with_which_tuning_starts(gait):
+    starts = {gain.name: gain.start for gain in controller_family_named("joint_pd", gait.robot, gait).gains}
+    assert min(starts.values()) > 0
+    law = PlanarLawOption("pd", ["hip_stiffness=8"], None, False).make(gait)
+    values = {name: law.gain_values[name] for name in starts}
+    assert values == pytest.approx(starts | {"hip_stiffness": 8.0}, rel=1e-12)
+
+
 @pytest.mark.slow
 def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypatch):
     quick = functools.partial(GainSearchOptions, samples=0, starts=1, evaluations=2)

@@ -66,11 +66,21 @@ def test_a_walk_is_simulated_and_its_events_are_listed(capsys, tmp_path):
     path = tmp_path / "walk.csv"
     status, printed = run(capsys, "simulate", KNEED, "--steps", "2", "-o", path, "--json")
     data = json.loads(printed.out)
-    assert (status, data["stop"], data["steps"], data["file"]) == (0, "duration_done", 2, str(path))
-    assert [event["names"][0] for event in data["events"]] == ["knee B closes", "foot B closes", "knee A closes"]
+    assert (status, data["stop"], data["steps"], data["file"]) == (0, "steps_done", 2, str(path))
+    names = [event["names"][0] for event in data["events"]]
+    assert names == ["knee B closes", "foot B closes", "knee A closes", "foot A closes"]
     assert data["events"][0]["time"] == pytest.approx(0.3486120004843, abs=1e-9)  # independent integration
     assert data["events"][1]["impulse"]["foot B"][1] > 0
     assert "foot_A_mode" in path.read_text(encoding="utf-8").splitlines()[0]
+
+
+def test_a_hop_that_takes_longer_than_the_gait_is_simulated_for_the_requested_steps(capsys):
+    """A fast landing leads to higher hops; the duration of three hops of the gait contains only one of them."""
+    state = ["--state", "body_rate=-6"]
+    status, printed = run(capsys, "simulate", PROBLEMS / "hopper.py", "--steps", "3", *state, "--json")
+    data = json.loads(printed.out)
+    landings = [event["time"] for event in data["events"] if "sole closes" in event["names"]]
+    assert (status, data["stop"], data["steps"], len(data["sequences"]), len(landings)) == (0, "steps_done", 3, 3, 3)
 
 
 @pytest.mark.parametrize("name", ["walk.png", "walk.gif"])

@@ -78,6 +78,7 @@ def test_the_table_lists_sequence_and_multipliers():
     assert result.exit_code == 0
     assert "sole closed" in result.output
     assert "0.781076" in result.output
+    assert "no friction" in result.output  # it has no foot that sticks or slips
 
 
 @pytest.mark.parametrize(
@@ -96,6 +97,7 @@ def test_the_table_lists_sequence_and_multipliers():
         (("basin", HOPPER, "--over", "body=0.6,0.7", "--law", "lqr"), "--law is accepted for a saved gait only"),
         (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is stated by both --over and --state"),
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
+        (("push", MONOPOD, "--problem", MONOPOD), "--problem specifies the robot of a saved gait"),
         (("solve", HOPPER), "is a walking problem without optimisation"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
     ],

@@ -19,7 +19,7 @@ from gaitopt.ocp.nlp.optimality_system import OptimalitySystem
 INF = math.inf
 
 
-def make_nlp(n, cost, rows, upper, ends):
+def make_nlp(n, cost, rows, upper, ends, *, smooth=True):
     """Return min cost(x, s) subject to rows(x, s) <= upper, as an NLP over s."""
     x, s = ca.SX.sym("x", n), ca.SX.sym("s", 1)
     constraints = ca.vertcat(*rows(x, s))
@@ -28,14 +28,14 @@ def make_nlp(n, cost, rows, upper, ends):
     block = Block(
         name="closed_form", variables=x, cost=cost(x, s), constraints=constraints, columns=columns, rows=places
     )
-    nlp = assemble_nlp([block], s, n, m, smooth=True)
+    nlp = assemble_nlp([block], s, n, m, smooth=smooth)
     none = np.zeros(n + m)
     return ParametricNlp(
         problem=None,
         number=None,
         ends=ends,
         method=None,
-        transcription=SimpleNamespace(variables=SimpleNamespace(size=n), nlp=nlp),
+        transcription=SimpleNamespace(variables=SimpleNamespace(size=n), nlp=nlp, sign_changes=None),
         system=OptimalitySystem(nlp),
         sizes=np.ones(n),
         data=Line(origin=np.zeros(1), slope=np.ones(1)),
@@ -97,6 +97,17 @@ def test_a_constraint_that_is_active_over_less_than_a_step_does_not_turn_the_cur
     assert kinds == (PathKind.ACTIVATION, PathKind.DEACTIVATION)
     assert values == pytest.approx([1 - half, 1 + half], abs=1e-10)
     assert (items[-1].value, end) == (2.0, "range_end")
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_a_change_at_the_end_of_the_range_does_not_lead_back(smooth):
+    """The curve of an objective with kinks continues from a solve beyond each change."""
+    nlp = make_nlp(
+        1, lambda x, s: (x - (2 * s - s**2)) ** 2 / 2, lambda x, s: [x], [INF, 0.75], (0.0, 0.5), smooth=smooth
+    )
+    items, end = follow(nlp, [0.0])
+    assert end == "range_end"
+    assert np.all(np.diff([item.value for item in items if isinstance(item, PathPoint)]) >= 0)
 
 
 def test_a_bound_of_an_unknown_is_a_constraint_like_a_row():

@@ -32,13 +32,17 @@ def planned():
     return problem, transcription, planar_start(transcription, problem, None)
 
 
-def place_foot(planned, gaps, angles=AHEAD):
-    """Return the decision vector of a robot that rests at each node, with these gaps of foot B [m]."""
+def place_foot(planned, gaps, *angles):
+    """Return the decision vector of a robot that rests at each node, with these gaps of foot B [m].
+
+    The last angles are those of all further phases.
+    """
     problem, transcription, start = planned
     robot, x = problem.robot, start.copy()
-    pose = np.array([angles.get(name, 0.0) for name in robot.coordinates])
-    height = float(robot.gaps(pose, robot.vector(problem.values))[0][robot.contact_index("foot B")])
     for phase in transcription.phases:
+        legs = angles[min(phase.number, len(angles) - 1)]
+        pose = np.array([legs.get(name, 0.0) for name in robot.coordinates])
+        height = float(robot.gaps(pose, robot.vector(problem.values))[0][robot.contact_index("foot B")])
         places = transcription.builder.coordinates(phase)
         x[places] = pose[:, None]
         x[places[robot.coordinates.index("y")]] = np.array(gaps)[list(phase.nodes)] - height
@@ -48,10 +52,11 @@ def place_foot(planned, gaps, angles=AHEAD):
     return x
 
 
-def find_places(planned, gaps, angles=AHEAD):
+def find_places(planned, gaps, *angles):
     """Return the labels of the places at which foot B is below the ground after an early touchdown."""
     problem, transcription, _ = planned
-    rows = find_early_touchdowns(transcription, problem.values, place_foot(planned, gaps, angles), 0.0)
+    x = place_foot(planned, gaps, *(angles or (AHEAD,)))
+    rows = find_early_touchdowns(transcription, problem.values, x, 0.0)
     assert all(transcription.constraints.entries[row][1].of == "foot B" for row in rows)
     return {transcription.constraints.label(row)[0] for row in rows}
 
@@ -66,6 +71,18 @@ def test_a_foot_that_falls_below_the_ground_at_the_end_of_a_phase_is_below_it_in
 def test_a_foot_that_is_not_armed_passes_through_the_ground(planned):
     assert find_places(planned, [0.03, 0.02, 0.01, -0.01, -0.01, 0.01, 0.0], BEHIND) == set()
     assert find_places(planned, [0.03, 0.02, 0.01, 0.01, 0.01, 0.01, 0.0]) == set()
+
+
+def test_a_foot_that_has_stood_on_the_ground_is_not_below_it_because_of_its_previous_swing():
+    """Foot B touches down early in the first step and swings again in the third one, then without being armed."""
+    sequence, grid = "foot A stick | foot B stick | foot A stick |", Collocation(intervals=(3, 3, 3))
+    problem = walk(sequence, margins=Margins(), transcription=grid)
+    transcription = transcribe_planar(planar_structure(problem))
+    steps = problem, transcription, planar_start(transcription, problem, None)
+    first, third = [0.03, 0.02, -0.01, -0.005], [-5e-9, -0.01, -0.01, 0.0]
+    places = find_places(steps, [*first[:3], 0.0, 0.0, 0.0, *third], AHEAD, AHEAD, BEHIND)
+    assert places
+    assert all("phase 1" in place for place in places)
 
 
 @pytest.mark.parametrize(("gap", "angles", "count"), [(1e-8, AHEAD, 1), (1e-8, BEHIND, 0), (1e-3, AHEAD, 0)])

@@ -5,7 +5,19 @@ import itertools
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve, verify
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    InputError,
+    Limits,
+    Status,
+    WarmStart,
+    compass_biped,
+    load,
+    save,
+    solve,
+    verify,
+)
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -94,6 +106,16 @@ def test_friction_and_slope_may_be_free():
     assert gait.design["slope"] == pytest.approx(0.01, abs=1e-6)
     nearby = [solve(problem.replace(free={}, friction=friction, slope=0.01)) for friction in (0.15, 0.19)]
     assert gait.solver.objective < min(other.solver.objective for other in nearby)
+
+
+def test_a_conflict_with_a_free_friction_coefficient_states_a_sufficient_bound():
+    problem = PROBLEM.replace(sequence="stick | stick", friction=0.03, free={"friction": (0.02, 0.04)})
+    problem = problem.replace(transcription=Collocation(intervals=20))
+    failure = solve(problem)
+    assert failure.status is Status.INFEASIBLE
+    (conflict,) = (each for each in failure.solver.conflicts if each.name == "friction")
+    assert (conflict.setting, conflict.limit) == ("free", 0.04)
+    assert solve(problem.replace(free={"friction": (0.02, conflict.sufficient)})).status.ok
 
 
 def test_speed_and_step_length_in_free_are_pairs_of_their_fields():

@@ -181,6 +181,23 @@ def test_free_speed_and_ground_are_optimised_as_well():
     assert gait.solver.objective < 1e-6  # the passive gait, which needs no torque
 
 
+def test_a_conflict_with_a_free_friction_coefficient_states_a_sufficient_bound():
+    limits = PlanarLimits(torque={"ankle A": 6, "ankle B": 0, "hip": 6})
+    problem = PROBLEM.replace(limits=limits, friction=0.03, free={"friction": (0.02, 0.04)})
+    failure = solve_planar(problem)
+    assert failure.status is Status.INFEASIBLE
+    (conflict,) = (each for each in failure.solver.conflicts if each.name == "friction")
+    assert (conflict.setting, conflict.limit) == ("free", 0.04)
+    assert solve_planar(problem.replace(free={"friction": (0.02, conflict.sufficient)})).status.ok
+
+
+def test_whole_numbers_as_targets_have_sensitivities():
+    problem = PROBLEM.replace(speed=1, step_length=[1, 2], free={})
+    assert (problem.speed, problem.step_length) == (1.0, (1.0, 2.0))
+    names = {number.name for number in list_planar_numbers(problem)}
+    assert {"speed", "lower bound of step_length", "upper bound of step_length"} <= names
+
+
 @pytest.mark.parametrize(
     ("free", "message"),
     [

@@ -23,7 +23,7 @@ from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.progress import silent
-from tests.ocp.multicontact_examples import hop, walk
+from tests.ocp.multicontact_examples import hop, knee_strike, walk
 
 WEAK = {"ankle A": 1.0, "hip": 1.0, "ankle B": 0.0}
 """Torque limits [N m] with which the walker does not reach its speed."""
@@ -102,6 +102,17 @@ def test_an_inaccurate_plan_names_the_contact_whose_normal_force_is_at_its_lower
     assert "Collocation(tolerance=1e-6) if the plan then passes its replay, larger margins" in sentence
     assert "Margins(normal_force=0.02, separation=0.01)" in sentence
     assert "more intervals" not in sentence
+
+
+def test_the_force_of_a_joint_stop_has_no_margin_that_is_advised():
+    sequence = "foot A stick, knee A closed | foot A stick, knee A closed, knee B latched |"
+    problem = knee_strike().replace(sequence=sequence, transcription=Collocation(intervals=(3, 3)))
+    transcription = transcribe_planar(planar_structure(problem))
+    bounds, phase = planar_bounds(transcription, problem), transcription.phases[0]
+    foot, stop = transcription.variables[Unknown.ACCELERATION, 0][problem.robot.n_q :][:2]
+    x = np.maximum(planar_start(transcription, problem, None), np.nan_to_num(bounds.x_lower, neginf=-1e3) + 1)
+    x[[foot[1], stop[1]]] = bounds.x_lower[[foot[1], stop[1]]]
+    assert find_least_forces(transcription, phase, bounds, x) == ["foot A"]
 
 
 def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monkeypatch):

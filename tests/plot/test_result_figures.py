@@ -16,6 +16,7 @@ from gaitopt.plot import (
     plot_tuning,
     view_result,
 )
+from gaitopt.plot.basin_figure import ending_colors
 from gaitopt.plot.style import area_color, line_style
 from gaitopt.plot.sweep_figure import find_lowest
 from gaitopt.stability.recovery import Recovery
@@ -146,6 +147,8 @@ def test_a_basin_has_a_colour_for_each_ending(results):
     colors = {handle.get_label(): handle.get_facecolor() for handle in handles}
     assert {"fell", "stick | stick"} <= set(colors)
     assert len(set(colors.values())) == len(colors)
+    labels = ["a | b", "ambiguous", "fell", "jam", "no_start", "painleve"]
+    assert len(set(ending_colors(labels).values())) == len(labels)
 
 
 def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_ways):

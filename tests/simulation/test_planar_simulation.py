@@ -1,5 +1,7 @@
 """Simulation of planar robots with any contacts: reference numbers, closed forms, and the single-support simulator."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from gaitopt.lazy import Deferred
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_simulator import follow
+from gaitopt.simulation.planar_simulation.planar_torque import LawState
 
 from .planar_examples import box, rod
 
@@ -328,3 +332,22 @@ def test_invalid_arguments_are_rejected():
         place_planar(robot, {"hip": 1}, {}, {}, on=["sole"])
     with pytest.raises(InputError, match="does not stand on sole, full length with"):
         place_planar(robot, {"body": 0.3, "foot": 0.0}, {}, {}, on=["sole", "full length"])
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_a_phase_with_too_many_samples_is_not_called_singular_or_jammed(speed):
+    robot = monopod()
+    automaton = PlanarAutomaton(robot, robot.resolve({"friction": 0.3}), samples=4)
+    state = automaton.begin(np.array([0, 0.6, 0, 0, 0.6]), np.array([speed, 0, 0, 0, 0]))
+    assert follow(automaton, state, duration=1.0).stop is Stop.TOO_MANY_EVENTS
+
+
+def test_the_equations_of_contact_states_with_other_latched_values_are_not_all_stored():
+    """A law that latches other values in each step has other equations in each step."""
+    robot = monopod()
+    automaton = PlanarAutomaton(robot, robot.resolve({}))
+    state = automaton.begin(np.array([0, 0.7, 0, 0, 0.6]), np.zeros(5))
+    for number in range(200):
+        last = automaton.phase(replace(state, memory=LawState(0, 0.0, (float(number),), mirrored=False)))
+    assert len(automaton._phases) <= 50
+    assert automaton.phase(replace(state, memory=LawState(0, 0.0, (199.0,), mirrored=False))) is last

@@ -8,7 +8,7 @@ import pytest
 
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
-from gaitopt.model import monopod
+from gaitopt.model import monopod, vertical_hopper
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait_summary import find_depths
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
@@ -121,4 +121,16 @@ def test_the_first_event_that_differs_is_described_with_the_gap_of_the_contact_i
     assert describe_first_difference(robot, lifted, walked) == (
         f"the first event that differs is 'foot closes' at {walked.period:.4g} s of the replay, instead of 'foot "
         f"opens' at {planned.period:.4g} s of the plan; foot is then 1 mm above the ground in the plan"
+    )
+
+
+def test_the_gap_of_a_stop_that_closes_early_is_its_distance_from_the_limit():
+    robot = vertical_hopper()
+    motion = simulate_planar(robot, [0.7, 0.2], [0, 0], {}, duration=0.5).motion
+    segment = next(each for each in motion.segments if each.state.mode("full length") is Mode.FREE)
+    body, foot = segment.q[:, segment.time.size // 2]
+    early = replace(motion.events[0], names=("full length closes",), time=segment.time[segment.time.size // 2])
+    walked = replace(motion, events=(early,))
+    assert describe_first_difference(robot, motion, walked).endswith(
+        f"; full length is then {0.5 - (body - foot):.2g} m before its limit in the plan"
     )

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, PushTest
-from gaitopt.control import planar_joint_pd
+from gaitopt.control import planar_feedforward, planar_joint_pd
 from gaitopt.control.law import passive
 from gaitopt.errors import InputError
 from gaitopt.model import compass_biped
 from gaitopt.ocp import solve_planar
+from gaitopt.simulation.planar_simulation import planar_delay
 from gaitopt.simulation.planar_simulation.planar_delay import DelayedPlanarWalker
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability import assess_planar, assess_stability, find_largest_recovery, measure_recovery
@@ -17,6 +18,7 @@ from gaitopt.stability.planar_gaits.planar_pushed_walk import PlanarPushedWalk, 
 from gaitopt.stability.planar_gaits.planar_section import section_of
 from gaitopt.stability.planar_gaits.state_change import change_state
 from gaitopt.stability.recovery import draw_from_ball
+from gaitopt.status import Stop
 from gaitopt.study import WalkTest, assess_robustness
 from gaitopt.study.robustness.disturbed_gait import PlanarDisturbedGait
 from tests.ocp.multicontact_examples import walk
@@ -87,9 +89,11 @@ def test_the_largest_ball_of_recovered_pushes_is_bracketed(walker, cycle):
     assert not measure_recovery(walker, cycle, found.beyond, test).complete
 
 
-def test_a_push_test_refuses_a_gait_of_another_kind(walker, cycle):
+def test_a_push_test_refuses_a_gait_of_another_kind(walker, cycle, gait):
     with pytest.raises(InputError, match="a PlanarWalker with a PlanarCycle"):
         measure_recovery(walker, walker, 0.1)
+    with pytest.raises(InputError, match="The law 'passive' does not belong to the gait of robot"):
+        measure_gait_recovery(gait, passive(compass_biped()), 0.1)
     with pytest.raises(InputError, match="a PlanarRobot, a PlanarLaw and a PlanarCycle"):
         assess_robustness(compass_biped(), passive(compass_biped()), cycle)
 
@@ -114,6 +118,18 @@ def test_the_effect_of_a_delay_is_proportional_to_it(gait, law, cycle, walker):
         errors.append(np.max(np.abs(late.walk_step(cycle.start).following.y - expected)))
     assert errors[1] > 1e-4
     assert errors[0] / errors[1] == pytest.approx(2, rel=0.2)
+
+
+def test_a_delayed_step_ends_after_as_many_events_as_any_other(monkeypatch):
+    """The slip, the rest and the touchdown of a step belong to different readings."""
+    gait = solve_planar(walk("slip+ stick | slip+", friction=0.14, transcription=Collocation(intervals=(6, 10))))
+    law = planar_feedforward(gait)
+    cycle = assess_planar(gait, law)
+    options = {"section": cycle.section, "period": cycle.period, "delay": cycle.period / 20}
+    assert DelayedPlanarWalker(gait.robot, law, cycle.parameters, **options).walk_step(cycle.start).stop is None
+    monkeypatch.setattr(planar_delay, "MOST_EVENTS", 1, raising=False)
+    walker = DelayedPlanarWalker(gait.robot, law, cycle.parameters, **options)
+    assert walker.walk_step(cycle.start).stop is Stop.TOO_MANY_EVENTS
 
 
 def test_noise_acts_on_the_actuators_of_the_gait(gait, law, cycle, walker):

@@ -1,6 +1,7 @@
 """Recovery from seeded pushes."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import attrs
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from gaitopt import InputError, PushTest, assess_stability, compass_biped, feedforward, load
 from gaitopt.simulation import StepLimits, default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability import recovery
 from gaitopt.stability.recovery import find_largest_recovery, measure_recovery
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)
@@ -61,3 +63,24 @@ def test_mistakes_are_explained():
         PushTest(seed=-1)
     with pytest.raises(InputError, match=r"PushTest.largest must be greater than 0 \[rad/s\]"):
         PushTest(largest=-1)
+
+
+@pytest.mark.parametrize("resolution", [0.05, 0.5])
+@pytest.mark.parametrize("edge", [0.03, 0.3, 1.5, 1.99, 5.0])
+def test_the_search_ends_wherever_the_edge_is(monkeypatch, open_loop, edge, resolution):
+    """The walks are replaced by the statement that those from pushes below an edge return."""
+    test, calls = PushTest(starts=5, resolution=resolution), []
+    size = max(abs(push[0]) for push in recovery.draw_from_ball(np.eye(1), test))
+
+    def count(walk, push, test):
+        calls.append(push)
+        assert len(calls) < 200, "the search does not end"
+        return 1 if abs(push[0]) < edge * size else None
+
+    monkeypatch.setattr(recovery, "make_pushed_walk", lambda walker, cycle: SimpleNamespace(spread=np.eye(1)))
+    monkeypatch.setattr(recovery, "_count_settling_steps", count)
+    found = find_largest_recovery(*open_loop, test)
+    if edge > test.largest:
+        assert (found.radius, found.beyond) == (test.largest, np.inf)
+    else:
+        assert found.radius < edge <= found.beyond <= found.radius / (1 - resolution)

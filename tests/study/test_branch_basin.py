@@ -16,6 +16,7 @@ from gaitopt.stability.recovery import PushTest, count_settling_steps
 from gaitopt.study import (
     PushSearch,
     find_fatal_push,
+    find_push_limits,
     load_result,
     locate_basin_edges,
     save_branch_basin,
@@ -134,5 +135,6 @@ def test_invalid_requests_are_named():
         for gait in find_cycles(compass_biped(), {"slope": math.radians(1), "friction": 0.3}, starts=20)
         if not gait.stable
     )
-    with pytest.raises(InputError, match="A fatal push is that of a stable gait of one step"):
-        find_fatal_push(walker_of(compass_biped(), unstable), unstable)
+    for find in (find_fatal_push, find_push_limits):
+        with pytest.raises(InputError, match="A fatal push is that of a stable gait of one step"):
+            find(walker_of(compass_biped(), unstable), unstable)

@@ -1,6 +1,7 @@
 """Gaits side by side."""
 
 import dataclasses
+import math
 
 import pytest
 
@@ -42,6 +43,10 @@ def test_labels_tell_gaits_apart(pair, slip_gait):
     other = dataclasses.replace(slip_gait, motion=dataclasses.replace(slip_gait.motion, parameters=changed))
     texts = [f"{SEQUENCES[1]}, friction 0.14, hip mass 2", f"{SEQUENCES[1]}, friction 0.16, hip mass 2.5"]
     assert list(compare([slip_gait, other]).gaits) == list(label_by_sequence({"a": slip_gait, "b": other})) == texts
+    changed = dict(slip_gait.motion.parameters) | {"slope": math.radians(1)}
+    tilted = dataclasses.replace(slip_gait, motion=dataclasses.replace(slip_gait.motion, parameters=changed))
+    texts = [f"{SEQUENCES[1]}, slope 0\N{DEGREE SIGN}", f"{SEQUENCES[1]}, slope 1\N{DEGREE SIGN}"]  # as in figures
+    assert list(compare([slip_gait, tilted]).gaits) == texts
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
     with pytest.raises(InputError, match="a list, or a mapping of labels"):
         compare(load("docs/examples/compass_slip.h5"))

@@ -16,7 +16,10 @@ from gaitopt import (
     load,
     step_lqr,
 )
+from gaitopt.control import PlanarLaw, passive
 from gaitopt.control.torque_noise import add_torque_noise
+from gaitopt.model.robots.vertical_hopper import vertical_hopper
+from gaitopt.stability import PlanarWalkProblem
 from gaitopt.study import WalkTest, assess_robustness
 
 
@@ -80,3 +83,16 @@ def test_noise_on_a_law_by_the_stance_angle_lasts_for_parts_of_the_angle(gait):
         assert np.asarray(added[0] - plain[0]).ravel() == pytest.approx(noise[:, part], abs=1e-9)
         assert np.all(np.asarray(added[1]) > 0)
         assert columns[1][:2].tolist() == [shaken.breakpoints[shaken.piece(q[2])], columns[1][1]]
+
+
+@pytest.mark.slow
+def test_a_robot_without_actuators_has_no_torque_noise():
+    robot = vertical_hopper()
+    law = PlanarLaw("passive", "sole closes", (passive(robot),))
+    problem = PlanarWalkProblem(
+        robot=robot, section="sole closes", coordinates={"body": 0.7, "foot": 0.2}, rates={}, on=(), torque=law
+    )
+    (cycle,) = problem.search(1)
+    test = PushTest(starts=1, steps=40, tolerance=1e-3, resolution=0.9)
+    margins = assess_robustness(robot, law, cycle, walking=WalkTest(steps=6, resolution=0.9), test=test)
+    assert [each.kind for each in margins] == ["push", "downhill slope", "uphill slope"]  # with infinite friction

@@ -314,10 +314,10 @@ class PathFollower:
     def _restart(
         self, point: PathPoint, optimum: KktLinearisation, distances: Sequence[float] = DISTANCES
     ) -> PathPoint | None:
-        """Return a point beyond an optimum toward another point, up to the next sample; None if there is none."""
+        """Return a point beyond an optimum, up to the next sample or the end of the range; None if there is none."""
         direction = math.copysign(1.0, point.tangent[1])
-        ahead = (self.samples - optimum.point.value) * direction
-        limit = float(self.samples[np.argmin(np.where(ahead > 1e-12 * self.nlp.width, ahead, np.inf))])
+        ahead = self.samples[(self.samples - optimum.point.value) * direction > 1e-12 * self.nlp.width]
+        limit = float((ahead if ahead.size else self.samples[::-1])[0 if direction > 0 else -1])
         after = find_optimum_beyond(optimum, direction, limit, distances)
         if after is None:
             self.end = "no_convergence"

@@ -51,6 +51,7 @@ def find_early_touchdowns(
         for i in conditional_contacts(robot):
             gap = gaps[i, :-1] if i in phase.closing() else gaps[i]
             if phase.state[i] is not Mode.FREE:
+                below.discard(i)
                 continue
             falling = np.flatnonzero((gap[:-1] > -BELOW) & (gap[1:] < -BELOW)).tolist()
             first = next((k for k in falling if _is_armed(robot, p, i, curve, curve.x[k : k + 2])), gap.size)

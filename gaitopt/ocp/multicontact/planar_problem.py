@@ -263,6 +263,10 @@ class PlanarProblem:
         if self.robot.travel is None and self.objective.per_weight_and_travel:
             raise InputError(f"Robot {self.robot.name!r} does not travel; {self.objective.name!r} needs a travel.")
         speed, step = self.speed_range, self.step_length_range
+        for name, ends in (("speed", speed), ("step_length", step)):
+            if getattr(self, name) is not None:
+                fixed = not isinstance(getattr(self, name), tuple | list)
+                object.__setattr__(self, name, ends.lower if fixed else (ends.lower, ends.upper))
         shortest = self.limits.shortest_phase * len(self.sequence.phases)
         if speed.lower > 0 and step.upper / speed.lower < shortest:
             raise InputError(

@@ -186,17 +186,18 @@ def _friction(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
     """Return the friction cones of the contacts that stick, and the least speed of those that slide."""
     units, rows, phases = PlanarUnits.of(problem), transcription.constraints, transcription.phases
     slips = any(mode.slips for phase in phases for mode in (*phase.state, *(phase.outcome or ())))
-    yield RelaxableLimit(
-        name="friction cones of the sticking contacts" if slips else "friction",
-        setting="friction",
-        value=problem.friction,
-        unit="1",
-        size=1.0,
-        quantities=(
-            (True, np.concatenate([rows.find(kind) for kind in CONES]), units.weight),
-            (True, np.concatenate([rows.find(kind) for kind in IMPACT_CONES]), 0.1 * units.weight * units.time),
-        ),
-    )
+    if slips or "friction" not in problem.free:  # the bounds of a free coefficient are among those of `free`
+        yield RelaxableLimit(
+            name="friction cones of the sticking contacts" if slips else "friction",
+            setting="friction",
+            value=problem.friction,
+            unit="1",
+            size=1.0,
+            quantities=(
+                (True, np.concatenate([rows.find(kind) for kind in CONES]), units.weight),
+                (True, np.concatenate([rows.find(kind) for kind in IMPACT_CONES]), 0.1 * units.weight * units.time),
+            ),
+        )
     yield RelaxableLimit(
         name="speed of the sliding contacts",
         setting="Margins.slip_speed",

@@ -62,7 +62,7 @@ def find_worst_phase(transcription: PlanarTranscription, errors: Array) -> GridP
 
 
 def find_least_forces(transcription: PlanarTranscription, phase: GridPhase, bounds: Bounds, x: Array) -> list[str]:
-    """Return the contacts whose normal force is at its lower bound at a node or inner point of a phase.
+    """Return the contacts with the ground whose normal force is at its lower bound at a node or inner point of a phase.
 
     Values with equal bounds, such as the force at lift-off, do not count.
 
@@ -78,6 +78,8 @@ def find_least_forces(transcription: PlanarTranscription, phase: GridPhase, boun
     nodes, inner = layout[Unknown.ACCELERATION, phase.number], layout[Unknown.INNER_ACCELERATION, phase.number]
     scale, contacts = np.abs(x[nodes[robot.n_q : robot.n_q + len(closed)]]).max(initial=0.0), list[str]()
     for k, i in enumerate(closed, start=robot.n_q):
+        if robot.contacts[i].kind == "stop":
+            continue
         places = np.concatenate([nodes[k], inner[k :: nodes.shape[0]].ravel()])
         lower = bounds.x_lower[places]
         free = lower < bounds.x_upper[places]

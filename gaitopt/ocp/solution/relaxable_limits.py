@@ -297,18 +297,21 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
     slips = any(mode.slips for mode in (*sequence.phases, sequence.impact))
     cones = rows.find(Kind.FORWARD_CONE), rows.find(Kind.BACKWARD_CONE)
     impact = rows.find(Kind.FORWARD_IMPACT_CONE), rows.find(Kind.BACKWARD_IMPACT_CONE)
-    yield RelaxableLimit(
-        name="friction cone of the sticking foot" if slips else "friction",
-        setting="friction",
-        value=problem.friction,
-        unit="1",
-        size=1.0,
-        quantities=(
-            (True, np.concatenate(cones), 1.0),
-            (True, np.concatenate(impact), 0.1 * units.weight * units.time),
-            (True, np.concatenate([rows.find(Kind.PAIR, name) for name in OPEN_CONES]), 1.0),
-        ),
-    )
+    if (
+        slips or sequence.is_open or "friction" not in problem.free
+    ):  # the bounds of a free coefficient are among those of `free`
+        yield RelaxableLimit(
+            name="friction cone of the sticking foot" if slips else "friction",
+            setting="friction",
+            value=problem.friction,
+            unit="1",
+            size=1.0,
+            quantities=(
+                (True, np.concatenate(cones), 1.0),
+                (True, np.concatenate(impact), 0.1 * units.weight * units.time),
+                (True, np.concatenate([rows.find(Kind.PAIR, name) for name in OPEN_CONES]), 1.0),
+            ),
+        )
     yield RelaxableLimit(
         name="speed of the sliding foot",
         setting="Margins.slip_speed",

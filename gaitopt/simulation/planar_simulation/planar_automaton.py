@@ -16,12 +16,15 @@ from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.event_location import spans_of
-from gaitopt.simulation.planar_simulation.event_resolution import EventResolution
+from gaitopt.simulation.planar_simulation.event_resolution import EventResolution, name_jam
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
 from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase, make_integrator
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import LawState, TorqueSource, make_torque
 from gaitopt.status import Stop
+
+MOST_PHASES = 50
+"""Number of contact states whose equations are stored; those of a law differ from step to step if it latches values."""
 
 DRIFT = 1e-11
 """Violation of the constraints, relative to the state, at which a state is projected and the integration restarted."""
@@ -71,8 +74,8 @@ class PlanarAutomaton:
         tolerance: float = RELATIVE,
         samples: int | None = None,
     ) -> None:
-        self._samples = samples
-        self.robot, self.values, self.terrain, self._tolerance = robot, dict(values), terrain, tolerance
+        self.robot, self.values, self.terrain = robot, dict(values), terrain
+        self._tolerance, self._samples = tolerance, samples
         self.torque = make_torque(robot, torque)
         self._phases: dict[PhaseKey, PlanarPhase] = {}
         self.events = EventResolution(robot, values, self.torque, terrain)
@@ -86,6 +89,8 @@ class PlanarAutomaton:
         """Return the equations of the contact state of a state."""
         key = state.contacts, state.extended, state.memory, state.pieces
         if key not in self._phases:
+            if len(self._phases) == MOST_PHASES:
+                del self._phases[next(iter(self._phases))]
             torque = self.torque.phase_torque(state.memory)
             footing = None if self.terrain is None else Footing(self.terrain, state.pieces)
             self._phases[key] = PlanarPhase(self.robot, state.contacts, self.p(state.extended), torque, footing)
@@ -137,6 +142,16 @@ class PlanarAutomaton:
         self.phase(state).source.hold_piece(None)
         return arc
 
+    def name_failure(self, arc: PlanarArc) -> Stop:
+        """Return the reason why the integration of a phase failed."""
+        if self._exceeds(arc.time.size):
+            return Stop.TOO_MANY_EVENTS
+        return name_jam(arc.start) if any(mode.slips for mode in arc.start.modes) else Stop.SINGULAR
+
+    def _exceeds(self, samples: int) -> bool:
+        """Return whether a phase has more samples than are allowed."""
+        return self._samples is not None and samples > self._samples
+
     def restart(self, state: PlanarState) -> PlanarState:
         """Return a state at the beginning of a period, with the law's memory of it."""
         return replace(state, memory=self.torque.start(state.time, state.q, state.v))
@@ -156,7 +171,7 @@ class PlanarAutomaton:
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
-                if self._samples is not None and len(times) > self._samples:
+                if self._exceeds(len(times)):
                     return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
                 short = short + 1 if integrator.t - integrator.t_old < SHORT_STEP else 0
                 size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))

@@ -26,6 +26,7 @@ from gaitopt.simulation.planar_simulation.planar_torque import (
 )
 from gaitopt.simulation.planar_simulation.planar_walker import (
     LONGEST,
+    MOST_EVENTS,
     NO_STEP,
     SAMPLES,
     TOLERANCE,
@@ -116,13 +117,21 @@ class DelayedPlanarWalker:
         self._next = 0.0
 
     def walk_step(self, state: PlanarState) -> PlanarWalkStep:
-        """Simulate the next step of the walk."""
-        state = self._begin_step(state)
+        """Simulate the next step of the walk; its motion is that after the last arrival of a reading."""
+        state, events = self._begin_step(state), 0
         while True:
             state = self._update_reading(state)
             end = min([self._duration, self._next, *[reading.arrival for reading in self._pending]])
             chosen = self._automaton.events.choose(state, state.closed, state.latched, {})
-            rollout = follow(self._automaton, chosen, duration=end - state.time, until=self._section)
+            rollout = follow(
+                self._automaton,
+                chosen,
+                duration=end - state.time,
+                until=self._section,
+                most_events=MOST_EVENTS - events,
+                most_samples=2 * SAMPLES,
+            )
+            events += len(rollout.motion.events)
             if rollout.end is None or rollout.stop is not Stop.DURATION_DONE:
                 return self._end_step(rollout)
             state = rollout.end

@@ -17,7 +17,6 @@ from gaitopt.model.terrain import Terrain, separate_terrain
 from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
-from gaitopt.simulation.planar_simulation.event_resolution import name_jam
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
@@ -164,7 +163,7 @@ def follow(
             n = automaton.robot.n_q
             last = arc.states[:, -1]
             end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
-            stop = _failure(arc) if arc.failed else Stop.DURATION_DONE
+            stop = automaton.name_failure(arc) if arc.failed else Stop.DURATION_DONE
             break
         resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
@@ -194,11 +193,6 @@ def list_section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
         return (section,)
     partner = robot.contact_names[robot.mirror.contacts[robot.contact_names.index(contact)]]
     return section, f"{partner} {happens}"
-
-
-def _failure(arc: PlanarArc) -> Stop:
-    """Return the reason why the integration of a phase failed."""
-    return name_jam(arc.start) if any(mode.slips for mode in arc.start.modes) else Stop.SINGULAR
 
 
 def _chatters(events: list[PlanarEvent]) -> bool:

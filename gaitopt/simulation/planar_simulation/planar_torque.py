@@ -226,7 +226,10 @@ class _LawTorque(PhaseTorque):
     def slope(self, t: float, q: Array, v: Array) -> TorqueSlope:
         by_clock, by_state, by_latched = self._slope(*self._inputs(t, q, v))
         n, n_u = len(q), by_clock.size
-        state, latched = by_state.reshape(2 * n, n_u).T.copy(), by_latched.reshape(-1, n_u).T.copy()
+        state, latched = (
+            by_state.reshape(2 * n, n_u).T.copy(),
+            by_latched.reshape(len(self._memory.latched), n_u).T.copy(),
+        )
         if self._matrices is None:
             return TorqueSlope(state, by_clock.copy(), latched)
         coordinates, actuators = self._matrices

@@ -131,11 +131,7 @@ def find_fatal_push(
     >>> push.change["theta_rate"] > 0, push.ending
     (True, 'lift_off')
     """
-    if len(cycle.sequences) > 1 or not cycle.stable:
-        raise InputError(
-            f"A fatal push is that of a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
-            f"spectral radius of {cycle.radius:.4g}."
-        )
+    _check_gait(cycle)
     return _EdgeSearch(walker, cycle, search or PushSearch()).run(guesses)
 
 
@@ -160,6 +156,11 @@ def find_push_limits(
     (n_z, 2) array [rad/s]
         inf if no push of the largest size is fatal.
 
+    Raises
+    ------
+    InputError
+        If the gait is unstable, or has several steps.
+
     Examples
     --------
     >>> import math
@@ -172,6 +173,7 @@ def find_push_limits(
     >>> find_push_limits(walker, gait, PushSearch(radii=6)).round(3).tolist()
     [[inf, 0.226]]
     """
+    _check_gait(cycle)
     seeker = _EdgeSearch(walker, cycle, search or PushSearch())
     count = cycle.z.size
     known = np.full((count, 2), np.inf) if near is None or near.shape != (count, 2) else near
@@ -181,6 +183,15 @@ def find_push_limits(
             for axis, row in zip(np.eye(count), known, strict=True)
         ]
     )
+
+
+def _check_gait(cycle: Cycle) -> None:
+    """Raise InputError unless a gait is stable and has one step."""
+    if len(cycle.sequences) > 1 or not cycle.stable:
+        raise InputError(
+            f"A fatal push is that of a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
+            f"spectral radius of {cycle.radius:.4g}."
+        )
 
 
 class _EdgeSearch:

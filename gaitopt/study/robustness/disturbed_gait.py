@@ -123,7 +123,9 @@ class PlanarDisturbedGait:
     @property
     def noise_range(self) -> NoiseRange:
         """Range of the torque noise, at most the largest torque of the gait."""
-        return NoiseRange(float(np.max(self._largest)), " or ".join(dict.fromkeys(self.robot.actuator_units)))
+        return NoiseRange(
+            float(np.max(self._largest, initial=0.0)), " or ".join(dict.fromkeys(self.robot.actuator_units))
+        )
 
     def walker(self, changes: Mapping[str, float]) -> PlanarWalker:
         """Return the walker with some parameters changed."""

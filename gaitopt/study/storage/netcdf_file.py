@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FOR_TABLES, FOR_FILES = ("pandas", "xarray", "dask", "dask.array"), ("h5netcdf", "distributed")
-"""Packages that xarray imports for a table and for its file; the last one of each is optional."""
+"""Packages that xarray imports for a table and for its file; dask and distributed are optional."""
 
 
 def import_packages(path: Path | None, check: Callable[[], None]) -> None:

@@ -1,0 +1,41 @@
+"""Search for gains of the feedback of robots with several contacts."""
+
+import numpy as np
+import pytest
+
+from gaitopt import Collocation
+from gaitopt.control import planar_joint_pd
+from gaitopt.ocp import solve_planar
+from gaitopt.progress import silent
+from gaitopt.stability import find_planar_cycle
+from gaitopt.tuning import controller_family_named
+from gaitopt.tuning.gain_search import GainSearch
+from gaitopt.tuning.ground_map import PlanarGroundMap
+from tests.ocp.multicontact_examples import walk
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return solve_planar(walk(transcription=Collocation(intervals=10)))
+
+
+def test_a_gait_on_another_ground_counts_although_its_period_differs(gait):
+    law, ground = planar_joint_pd(gait, stiffness=8.0, damping=2.0), {**gait.motion.parameters, "slope": 0.01}
+    first = gait.motion.segments[0]
+    cycle = find_planar_cycle(gait.robot, first.q[:, 0], first.v[:, 0], ground, section=law.section, torque=law)
+    assert abs(cycle.period / gait.period - 1) > 0.01
+    (matrix,) = PlanarGroundMap(gait, ground).derivatives(law)
+    assert np.max(np.abs(np.linalg.eigvals(matrix))) == pytest.approx(cycle.radius, rel=1e-6)
+
+
+def test_an_objective_receives_a_size_for_each_coordinate(gait):
+    shapes, family = [], controller_family_named("joint_pd", gait.robot, gait, torque_limit=20.0)
+
+    def record(derivative, scale):
+        shapes.append((derivative.shape, scale.shape))
+        return 0.0
+
+    search = GainSearch(gait, gait.robot, family, record, (), None, silent)
+    search._on_ground(planar_joint_pd(gait), search._grounds[0])
+    ((shape, sizes),) = shapes
+    assert shape == 2 * sizes
