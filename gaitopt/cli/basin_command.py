@@ -40,9 +40,16 @@ if TYPE_CHECKING:
     from gaitopt.cli.inputs import CommandInput, Request
     from gaitopt.motion.motion import Array
     from gaitopt.parallel.execution import TaskObserver
+    from gaitopt.simulation.engine import Engine
 
 MOST_STARTS = 10_000_000
 """Largest grid of a basin: it takes 600 MB."""
+BranchNumber = Annotated[
+    int | None,
+    typer.Option("--branch", min=0, help="Number of the branch of a diagram (.nc).", show_default="0"),
+]
+STEPS = 100
+"""Maximum number of steps of a walk by default."""
 
 
 def basin(
@@ -50,7 +57,7 @@ def basin(
     over: BasinAxes,
     setting: Setting = None,
     state: State = None,
-    steps: Annotated[int, typer.Option(min=2, max=100000, help="Maximum number of steps of a walk.")] = 100,
+    steps: Annotated[int, typer.Option(min=2, max=100000, help="Maximum number of steps of a walk.")] = STEPS,
     workers: Workers = None,
     scheduler: Scheduler = None,
     output: BasinOutput = None,
@@ -63,6 +70,7 @@ def basin(
     quiet: Quiet = False,
     verbose: Verbose = False,
     problem: RobotScript = None,
+    branch: BranchNumber = None,
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
@@ -74,16 +82,24 @@ def basin(
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
     rates that are not given change as little as possible, such that its feet stand on the ground.
 
+    For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
+    values of its parameter, and the smallest fatal push of each gait is reported.
+
     The command may be interrupted: with an output file, the same command resumes the computation.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """
+    from gaitopt.cli.diagram_basin import DIAGRAM, compute_diagram_basin
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.cli.walk_output import basin_facts, print_basin
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
+    if source.suffix == DIAGRAM or branch is not None:
+        stated: dict[str, Any] = {"--set": setting, "--state": state, "--law": feedback, "--torque-limit": torque_limit}
+        stated |= {"--steps": steps != STEPS, "--workers": workers, "--scheduler": scheduler}
+        compute_diagram_basin((source, problem, branch or 0), over, engine, output, stated, json=json)
+        return
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     if (planar := read_planar_subject(request)) is None:
         subject, axes, base = _basin_inputs(request, over, state, hidden=json or quiet)
@@ -99,15 +115,23 @@ def basin(
             result = find_planar_basin(planar, option, axes, base, **options)
     engine_used = None if planar is not None else subject.engine
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
-    if json:
-        seconds = time.perf_counter() - began
-        print_json(basin_facts(result, engine_used, share) | {"file": output and str(output), "seconds": seconds})
-    else:
-        print_basin(result, engine_used, share)
-        if output is not None:
-            report_file(output)
+    _report(result, (engine_used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
         exit_incomplete(kept=output is not None)
+
+
+def _report(
+    table: "xr.Dataset", used: tuple["Engine | None", float | None], path: Path | None, *, json: bool, seconds: float
+) -> None:
+    """Print a basin, with its engine and the share of a saved gait, as a table or as JSON."""
+    from gaitopt.cli.walk_output import basin_facts, print_basin
+
+    if json:
+        print_json(basin_facts(table, *used) | {"file": path and str(path), "seconds": seconds})
+        return
+    print_basin(table, *used)
+    if path is not None:
+        report_file(path)
 
 
 def _basin_inputs(

@@ -46,9 +46,29 @@ def write_page_of_file(file: Path, path: Path, source: Path | None, *, coordinat
             f"A page (.html) is written for a diagram of periodic gaits only, and {file} contains another result; "
             "'gaitopt report' writes the page of a gait, and a figure has the suffix .png, .pdf or .svg."
         )
+    problem = find_problem(diagram, file, source)
+    return write_branch_page(diagram, problem, path, coordinate=coordinate)
+
+
+def find_problem(diagram: "BranchDiagram", file: Path, source: Path | None) -> "AnyWalkProblem":
+    """Return the walking problem of a saved diagram, with the parameters and gains in the diagram.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+    file : Path
+        Its file.
+    source : Path or None
+        Script or saved gait from which the diagram was traced; optional for a robot of the catalogue without a law.
+
+    Raises
+    ------
+    InputError
+        If the gaits of the diagram are not those of the source.
+    """
     problem = _problem_of(diagram, file, source)
     _require_gaits(diagram, problem, file, source)
-    return write_branch_page(diagram, problem, path, coordinate=coordinate)
+    return problem
 
 
 def _problem_of(diagram: "BranchDiagram", file: Path, source: Path | None) -> "AnyWalkProblem":

@@ -1,5 +1,7 @@
 """Output of the command on branches of gaits."""
 
+import math
+
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -21,13 +23,16 @@ def print_diagram(diagram: BranchDiagram) -> None:
         branches.add_row(str(number), *counts, span, begin.replace("_", " "), branch.end.replace("_", " "))
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
-    for column in ("branch", "kind", Text(f"{diagram.parameter}{unit}"), "before", "after"):
+    degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
+    columns: list[str | Text] = ["branch", "kind", Text(f"{diagram.parameter}{unit}"), *degrees, "before", "after"]
+    for column in columns:
         special.add_column(column, no_wrap=column not in ("before", "after"))
     for number, branch in enumerate(diagram.branches):
         for point in branch.special:
             after = "" if point.after == point.before else point.after
             names = [Text(count_steps(name).replace("; ", ";\n")) for name in (point.before, after)]
-            special.add_row(str(number), point.kind.label, f"{point.value:.9f}", *names)
+            values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
+            special.add_row(str(number), point.kind.label, *values, *names)
     if special.row_count:
         out.print(special)
     if diagram.curves:

@@ -10,11 +10,14 @@ import numpy as np
 from gaitopt.continuation.checkpoint import Checkpoint
 from gaitopt.continuation.map_family import MapFamily
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialPoint
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 
 AMPLITUDES = (1e-3, 3e-4, 3e-3, 1e-2, 1e-4)
 """Scaled distances from a special point at which the other branch is sought, in order."""
+DISTINCT_HALVES = 0.1
+"""Smallest difference between the halves of a doubled period, relative to the distance from the period doubling; it is
+twice this distance to first order."""
 
 SAME_STEP = 1e-3
 """Largest scaled difference between the steps of two halves of a period that count as equal."""
@@ -26,6 +29,7 @@ def switch_branch(
     options: ArclengthOptions,
     sign: float = 1.0,
     *,
+    reduction: float = 1.0,
     checkpoint: Checkpoint | None = None,
 ) -> tuple[Stepper, CurvePoint] | None:
     """Return a stepper and the first point of the branch that leaves a special point, or None if there is none.
@@ -39,6 +43,8 @@ def switch_branch(
     options : ArclengthOptions
     sign : float
         Side of the special point: both sides of a doubled branch are the same gait.
+    reduction : float
+        Factor of the distances from the special point, for doubled branches far along a cascade, which are short.
     checkpoint : Checkpoint, optional
     """
     if special.direction is None:
@@ -46,14 +52,18 @@ def switch_branch(
     stepper = Stepper(family, options, checkpoint)
     start = np.append(special.z, special.value) / stepper.scales
     normal = np.append(sign * special.direction, 0.0)
-    for amplitude in AMPLITUDES:
+    doubled = special.kind is SpecialKind.PERIOD_DOUBLING
+    for amplitude in (reduction * size for size in AMPLITUDES):
         point = stepper.correct(start + amplitude * normal, normal)
-        if point is not None and float(np.linalg.norm(stepper.position(point) - start)) <= 10 * amplitude:
+        if point is None or float(np.linalg.norm(stepper.position(point) - start)) > 10 * amplitude:
+            continue
+        # The plane can also contain a point of the original branch, which repeats after half the period.
+        if not (doubled and has_half_period(point.orbit, family.scale, DISTINCT_HALVES * amplitude)):
             return stepper, point
     return None
 
 
-def has_half_period(orbit: Array, scale: Array) -> bool:
+def has_half_period(orbit: Array, scale: Array, difference: float = SAME_STEP) -> bool:
     """Return whether a gait repeats after half its period.
 
     A branch of doubled period folds back onto itself, with its steps exchanged, where it joins the branch of half its
@@ -65,8 +75,10 @@ def has_half_period(orbit: Array, scale: Array) -> bool:
         State at the start of each step.
     scale : (n,) array
         Sizes of the coordinates.
+    difference : float
+        Largest scaled difference between the steps of the two halves that count as equal.
     """
     if len(orbit) % 2:
         return False
     one, other = np.split(np.asarray(orbit), 2)
-    return bool(np.max(np.abs((one - other) / scale)) < SAME_STEP)
+    return bool(np.max(np.abs((one - other) / scale)) < difference)

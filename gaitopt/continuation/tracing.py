@@ -186,9 +186,10 @@ class _Tracer:
         for place in dict.fromkeys([ends[0], *inside]):
             for gait in source.search(place, self.options.starts):
                 return source.start(gait, place)
+        unit = "" if source.unit in ("", "1") else f" {source.unit}"
         raise InputError(
-            f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}; begin the "
-            "range where there is a gait."
+            f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}{unit}; begin "
+            "the range where there is a gait."
         )
 
     def follow_further_gaits(self) -> Iterator[GaitBranch]:
@@ -243,7 +244,9 @@ class _Tracer:
             arclength, first_step=factor * arclength.first_step, longest_step=factor * arclength.longest_step
         )
         doubled = family.double_period()
-        switched = switch_branch(doubled, doublings[0], arclength, checkpoint=self.options.checkpoint)
+        # The distances of the states shrink by about DOUBLING_STEPS from one doubling to the next, too.
+        reduction, checkpoint = DOUBLING_STEPS ** (level - 1), self.options.checkpoint
+        switched = switch_branch(doubled, doublings[0], arclength, reduction=reduction, checkpoint=checkpoint)
         if switched is None:
             return
         following = replace(self._follow(doubled, *switched, to_doubling=True), parent=number)

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from gaitopt import load_diagram
+from gaitopt.cli.output import out
+from gaitopt.cli.trace_output import print_diagram
 from gaitopt.study.storage.study_lock import lock_study
 from tests.docs.checked_commands import read_command
 
@@ -51,6 +53,17 @@ def test_a_table_lists_branches_and_special_points(command, root):
     assert "stick slip+ | stick" in shown
 
 
+def test_a_table_over_an_angle_states_degrees_too(root):
+    path = root / "docs/examples/compass_slope.nc"
+    (doubling,) = load_diagram(path).branches[0].special_of("period_doubling")
+    with out.capture() as capture:
+        print_diagram(load_diagram(path))
+    table = capture.get()
+    assert "slope [rad]" in table
+    assert "slope [deg]" in table
+    assert f"{doubling.value:.9f}   {math.degrees(doubling.value):.7f}" in table
+
+
 @pytest.mark.slow
 def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
     result = command("trace", slip_file, "--over", "friction=0.139:0.141", "--json")
@@ -75,7 +88,7 @@ def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
         (["--over", "friction=1:0.5", "-o", "x.txt"], "'.txt' is not that of a known format"),
         (["--over", "friction=1:0.5", "-o", "none/x.nc"], "does not exist"),
         (["--over", "friction=1:0.5", "--law", "lqr"], "--law is accepted for a saved gait only"),
-        (["--over", "slope=0.2:1", "--set", "friction=inf"], "No periodic gait"),
+        (["--over", "slope=0.2:1", "--set", "friction=inf"], "was found at slope = 0.00349066 rad"),
     ],
 )
 def test_invalid_requests_are_named(command, root, arguments, message):

@@ -66,6 +66,39 @@ def test_the_period_doubling_cascade_of_the_logistic_map():
     assert gaps[-2] / gaps[-1] == pytest.approx(4.669, abs=2e-3)
 
 
+def test_a_short_doubled_branch_far_along_a_cascade_is_not_passed_by():
+    # The branch of period 32 is stable from 3.5687594195 to 3.5696916098 (Briggs 1991); a point of it at the distance
+    # of the first branches from the doubling lies beyond.  The differences of the example limit the accuracy.
+    family, options, reduction = ExampleFamily(lambda z, a: a * z * (1 - z), 1), OPTIONS, 1.0
+    stepper = Stepper(family, options)
+    point = stepper.initialise(np.array([0.5]), 2.0, 1.0)
+    for _ in range(6):
+        _, special, _ = collect(stepper, point, (2, 3.6))
+        doubling = next(each for each in special if each.kind.key == "period_doubling")
+        options = attrs.evolve(options, first_step=0.4 * options.first_step, longest_step=0.4 * options.longest_step)
+        family = family.double_period()
+        stepper, point = switch_branch(family, doubling, options, reduction=reduction)
+        reduction *= 0.4
+    assert doubling.value == pytest.approx(3.5696916098, abs=5e-8)
+
+
+def test_a_point_of_the_original_branch_is_not_taken_for_one_of_the_doubled_branch():
+    # u -> -(1 + a) u - u^3 about u = z - 500 a doubles its period at a = 0.  The line z = 0.001 contains the fixed
+    # point u = 0, at a = 2e-6, but no point of the doubled branch, u^2 = -a.
+    def function(z, a):
+        u = z - 500 * a
+        return 500 * a - (1 + a) * u - u**3
+
+    family = ExampleFamily(function, 1)
+    _, special, _ = follow(family, [-0.5], -1e-3, (-1e-3, 1e-3))
+    (doubling,) = special
+    assert doubling.value == pytest.approx(0, abs=1e-9)
+    _, point = switch_branch(family.double_period(), doubling, OPTIONS)
+    u = point.orbit[:, 0] - 500 * point.value
+    assert u[0] * u[1] < 0
+    assert -point.value == pytest.approx(u[0] ** 2, rel=1e-2)
+
+
 def test_neimark_sacker_point_of_the_delayed_logistic_map():
     # x_{n+1} = a x_n (1 - x_{n-1}) loses stability at a = 2 with multipliers exp(+-i pi/3) (Kuznetsov 2004, ch. 4).
     family = ExampleFamily(lambda z, a: np.array([a * z[0] * (1 - z[1]), z[0]]), 2)

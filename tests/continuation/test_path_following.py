@@ -86,6 +86,19 @@ def test_a_constraint_becomes_active_and_inactive_at_exact_values():
     assert all(item.width < 1e-10 for item in items if isinstance(item, PathChange))
 
 
+@pytest.mark.parametrize("excess", [1e-3, 1e-6])
+@pytest.mark.parametrize("samples", [2, 5, 81])
+def test_a_constraint_that_is_active_over_less_than_a_step_does_not_turn_the_curve_back(excess, samples):
+    # The bound 1 - excess of the free minimum 2 s - s^2 is active between s = 1 -+ sqrt(excess).
+    bound, half = 1 - excess, math.sqrt(excess)
+    nlp = make_nlp(1, lambda x, s: (x - (2 * s - s**2)) ** 2 / 2, lambda x, s: [x], [INF, bound], (0.0, 2.0))
+    items, end = follow(nlp, [0.0], samples=samples)
+    kinds, _, values = zip(*changes_of(items), strict=True)
+    assert kinds == (PathKind.ACTIVATION, PathKind.DEACTIVATION)
+    assert values == pytest.approx([1 - half, 1 + half], abs=1e-10)
+    assert (items[-1].value, end) == (2.0, "range_end")
+
+
 @pytest.mark.parametrize("smooth", [True, False])
 def test_a_change_at_the_end_of_the_range_does_not_lead_back(smooth):
     """The curve of an objective with kinks continues from a solve beyond each change."""

@@ -42,7 +42,7 @@ def compass_diagram(tmp_path_factory):
 def cascade():
     problem = WalkProblem(robot=compass_biped(), parameters=GOSWAMI | {"friction": math.inf})
     ends = (math.radians(3), math.radians(5.2))
-    return trace(problem, {"slope": ends}, options=TraceOptions(doublings=4))
+    return trace(problem, {"slope": ends}, options=TraceOptions(doublings=5))
 
 
 def values_of(branch, kind):
@@ -165,9 +165,12 @@ def test_multipliers_agree_with_finite_differences(compass, compass_diagram):
 def test_period_doublings_of_goswamis_compass(cascade):
     doublings = [branch.special_of("period_doubling")[0] for branch in cascade.branches]
     assert math.degrees(doublings[0].value) == pytest.approx(4.390898, abs=5e-7)
-    assert [branch.steps for branch in cascade.branches] == [1, 2, 4, 8, 16]
-    assert [branch.parent for branch in cascade.branches] == [None, 0, 1, 2, 3]
-    assert cascade.ratios[-1] == pytest.approx(4.669, abs=0.01)  # Feigenbaum (1978)
+    assert [branch.steps for branch in cascade.branches] == [1, 2, 4, 8, 16, 32]
+    assert [branch.parent for branch in cascade.branches] == [None, 0, 1, 2, 3, 4]
+    assert cascade.ratios[2:] == pytest.approx([4.669] * 2, abs=0.01)  # Feigenbaum (1978)
+    for branch, doubling in zip(cascade.branches[1:], doublings, strict=False):
+        assert branch.values.min() > doubling.value
+        assert branch.end == "period_doubling"
     for point in doublings:
         assert np.min(np.abs(point.multipliers_before + 1)) < 1e-8
     later = cascade.branches[1]

@@ -44,6 +44,9 @@ SAME_OPTIMUM = 0.1
 SAME_PLACE = 1e-11
 """Distance, relative to the range, of changes of the active set at the same value of the parameter."""
 
+SAME_POINT = 1e-3
+"""Distance of two points, relative to the step, at which a margin has the same zero."""
+
 MOST_SWITCHES = 12
 """Largest number of changes of the active set at the same value of the parameter."""
 
@@ -78,6 +81,7 @@ class PathFollower:
         self.nlp, self.options, self.metric = nlp, options, Metric(nlp)
         self.samples, self.end = np.array(sorted(samples)), "interrupted"
         self._switches, self._last_change = 0, math.nan
+        self._switched: tuple[KktLinearisation | None, set[int]] = (None, set())
         self._smooth = nlp.transcription.nlp.smooth
 
     def follow(self, start: KktLinearisation, direction: float) -> Iterator[PathPoint | PathChange]:
@@ -237,9 +241,20 @@ class PathFollower:
             others = optimum.margins.copy()
             others[index] = 0.0
             if not np.any(others < VIOLATED):
-                return self._make_change(optimum, index)
+                return None if self._is_same_zero(before, optimum, after, index) else self._make_change(optimum, index)
             after, margins = optimum, others
         return None
+
+    def _is_same_zero(
+        self, before: KktLinearisation, optimum: KktLinearisation, after: KktLinearisation, index: int
+    ) -> bool:
+        """Return whether a zero is that from which the curve departs with the constraint just switched.
+
+        Its margin increases there; in a step so long that it decreases to zero again, the first zero is located again.
+        """
+        if before is not self._switched[0] or index not in self._switched[1]:
+            return False
+        return self._distance(before, optimum) <= SAME_POINT * self._distance(before, after)
 
     def _is_between(self, before: KktLinearisation, optimum: KktLinearisation, after: KktLinearisation) -> bool:
         """Return whether a located point lies between two points of the curve, within rounding errors."""
@@ -293,6 +308,7 @@ class PathFollower:
             return None, implied
         row, last = optimum.differentiate_margin(index)
         sign = math.copysign(1.0, float(row @ tangent[0]) + last * tangent[1])
+        self._switched = (optimum, {change.index, index})
         return PathPoint(optimum, (sign * tangent[0], sign * tangent[1])), implied
 
     def _restart(
