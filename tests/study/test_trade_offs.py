@@ -11,7 +11,7 @@ from gaitopt.status import Status
 from gaitopt.study import Pareto, load_front, load_front_gait
 from gaitopt.study.storage.gait_store import GaitStore
 from gaitopt.study.trade_offs.front_grid import FrontEnds, FrontGrid
-from gaitopt.study.trade_offs.front_table import find_front, find_knee
+from gaitopt.study.trade_offs.front_table import Front, _tabulate_end_costs, find_front, find_knee
 from gaitopt.study.trade_offs.quantity import quantity_named, restrict_torque
 from tests.study.conftest import quick_problem
 
@@ -33,6 +33,25 @@ def test_every_point_is_solved_replayed_and_not_dominated(front):
 
 def test_the_front_is_the_same_from_both_ends(front):
     assert np.abs(front.forward_cost.values / front.backward_cost.values - 1).max() < 1e-5
+
+
+def test_the_costs_from_the_ends_are_those_of_independent_chains():
+    """The last chains begin with the better gait of both ends, so that their costs hardly ever differ."""
+    grid = FrontGrid(FrontEnds(quick_problem(), (quantity_named("peak_torque"),), 1), (np.array([2.0, 1.0]),))
+    costs = {"forward-return": 1.0, "backward-return": 1.1, "forward-last": 0.9, "backward-last": 0.9}
+    gaits = {
+        f"{kind}-{name}": SimpleNamespace(status=Status.SOLVED, solver=SimpleNamespace(objective=cost))
+        for kind, cost in costs.items()
+        for name in ("000", "001")
+    }
+    table = _tabulate_end_costs(Front(grid, (quantity_named("cost"),), gaits, {}, {}))
+    assert table["forward_cost"][1] == [1.0, 1.0]
+    assert table["backward_cost"][1] == [1.1, 1.1]
+    needs = {task.key: task.needs for task in grid.tasks()}
+    for kind, other in (("forward", "backward"), ("backward", "forward")):
+        needed = [need for key, own in needs.items() if key.startswith((f"{kind}-0", f"{kind}-return")) for need in own]
+        assert needed
+        assert not any(need.startswith(other) for need in needed)
 
 
 def test_the_better_gait_of_both_ends_is_continued_where_their_costs_differ(monkeypatch):

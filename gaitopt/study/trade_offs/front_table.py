@@ -202,12 +202,15 @@ def tabulate_front(front: Front) -> "xr.Dataset":
 
 
 def _tabulate_end_costs(front: Front) -> dict[str, Any]:
-    """Return the costs of the last chains from both ends, by the names of their variables."""
+    """Return the costs of the chains from each end to the other and back, by the names of their variables.
+
+    No gait of one of these chains is continued from a gait of the other, in contrast to the last chains.
+    """
     table = {}
     for kind, end in (("forward", "loose"), ("backward", "tight")):
-        gaits = [front.gait(index, f"{kind}-last") for index in front.grid.points()]
+        gaits = [front.gait(index, f"{kind}-return") for index in front.grid.points()]
         costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
-        text = f"cost before refinement, last from the {end} end"
+        text = f"cost before refinement, continued from the {end} end and back"
         table[f"{kind}_cost"] = ("point", costs, {"units": _unit(front, front.quantities[0]), "long_name": text})
     return table
 
