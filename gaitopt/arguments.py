@@ -247,7 +247,7 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...], numbers: b
     if origin in (Sequence, Iterable, list, tuple, set, frozenset):
         if isinstance(value, np.ndarray):
             value = value[:MOST_ITEMS].tolist() if value.ndim else None
-        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable) or _is_symbolic(value):
             return False
         if origin is Iterable and not isinstance(value, Sequence):
             return True  # which may be read once only
@@ -259,6 +259,11 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...], numbers: b
     if origin is Callable or issubclass(origin, Callable):  # type: ignore[arg-type]
         return callable(value)
     return isinstance(value, origin)
+
+
+def _is_symbolic(value: Any) -> bool:
+    """Return whether a value is a matrix of CasADi, which refuses to be iterated over."""
+    return type(value).__module__.partition(".")[0] == "casadi"
 
 
 def _is_number(value: Any) -> bool:

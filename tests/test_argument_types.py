@@ -1,6 +1,7 @@
 """A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
 
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import casadi as ca
@@ -21,7 +22,9 @@ from gaitopt import (
     compare,
     compass_biped,
     joint_pd,
+    load,
     plot_gait,
+    push_off,
     replay,
     save,
     tune_feedback,
@@ -31,6 +34,8 @@ from gaitopt import (
     write_torques,
 )
 from gaitopt.arguments import is_masked
+from gaitopt.control import limit_torque
+from gaitopt.study import Pareto
 
 FILE = "gait.h5"
 GAIT_NEEDED = rf"gait must be a Gait such as load\(\"gait.h5\"\) or solve\(problem\), got '{FILE}'"
@@ -82,6 +87,7 @@ RECORDS = {
     "a truth value": (lambda: Damper(ca.SX.sym("q"), True), "Damper: damping must be"),
     "default that is nan": (lambda: Parameter("a", np.nan, "m", ""), "Parameter: default must be a number, got nan"),
     "phases as a text": (lambda: ContactSequence("6", None), "ContactSequence: phases must be a sequence of a Mode"),
+    "matrix instead of names": (lambda: Pareto(objectives=ca.MX.sym("x", 2)), "Pareto: objectives must be"),
     "seed below zero": (lambda: check_robot(compass_biped(), seed=-1), "seed must be at least 0"),
 }
 
@@ -109,3 +115,13 @@ def test_arguments_that_fitted_before_are_compared_again_if_their_type_differs()
 def test_a_masked_array_is_recognised_while_another_thread_imports_its_module(monkeypatch):
     monkeypatch.setitem(sys.modules, "numpy.ma", ModuleType("numpy.ma"))
     assert not is_masked(np.ones(2))
+
+
+def test_limits_of_a_law_are_any_sequence_of_numbers():
+    law = push_off(compass_biped(), torque=-9.0, duration=0.1)
+    assert limit_torque(law, range(5, 7)).limited
+
+
+def test_a_simulation_has_a_largest_number_of_steps():
+    with pytest.raises(InputError, match=r"steps must be at least 1 and at most 1e\+06"):
+        replay(load(Path(__file__).parents[1] / "docs/examples/compass_slip.h5"), steps=2**70)

@@ -69,6 +69,7 @@ def limit_torque(law: Law, limits: Array) -> Law:
     >>> limit_torque(push_off(robot, torque=-9.0, duration=0.1), torque_limits(robot, 6.0)).limited
     True
     """
+    limits = np.asarray(limits, dtype=float)
     if not limits.size:
         return law
     if law.limited:

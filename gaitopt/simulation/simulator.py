@@ -23,6 +23,9 @@ from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.simulation.step_limits import StepLimits
 from gaitopt.status import Stop
 
+MOST_STEPS = 1_000_000
+"""Largest number of steps of a simulation."""
+
 
 @dataclass(frozen=True)
 class Event:
@@ -132,7 +135,7 @@ def simulate(
     >>> str(walk.motion.sequence()), round(walk.motion.period, 6)
     ('stick | stick', 0.744621)
     """
-    Parameter("steps", 1, "1", "", lower=1, whole=True).check(steps)
+    Parameter("steps", 1, "1", "", lower=1, upper=MOST_STEPS, whole=True).check(steps)
     law = law or passive(robot)
     engine = engine or default_engine(law, robot)
     p = robot.vector(robot.resolve(parameters))

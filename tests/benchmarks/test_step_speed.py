@@ -98,7 +98,7 @@ print(time.perf_counter() - began)
 
 @pytest.mark.parametrize("compact_mode", ["compact", "full"])
 def test_build(benchmark, compact_mode, tmp_path):
-    """Of the three contact modes of the compass, with an empty disk cache and with a full one."""
+    """Three contact modes of the compass are compiled with an empty disk cache and with a full one."""
 
     def build():
         command = [sys.executable, "-c", BUILD, str(tmp_path), compact_mode]

@@ -19,7 +19,7 @@ from tests.frozen.storage import FILES, save_frozen
 
 SHARE, SHAKES, ATTEMPTS = 0.2, (1e-12, -1e-12), 8
 DEFAULT_SEED = 35
-"""Of the problems that the default run solves: with this one it takes less than a minute."""
+"""Seed of the problems that the default run solves; with this one it takes less than a minute."""
 
 GRAVITY = {"compass_biped": 9.8, "five_link": 9.81}
 

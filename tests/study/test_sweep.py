@@ -22,7 +22,7 @@ from tests.study.conftest import quick_problem
 FRICTION = [0.14, 0.18]
 SEQUENCES = ["stick | stick", "slip+ stick | slip+"]
 TASKS = 8
-"""Of the sweep below: at each point a cold gait, one from either side, and the proven best."""
+"""Tasks of the sweep below: at each point a cold gait, one from either side, and the proven best."""
 
 
 def run(path=None, **options):
