@@ -139,6 +139,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
             "starts": tuned.verified.starts,
             "returned": tuned.verified.returned,
             "push_radius": tuned.verified.radius,
+            "interrupted": tuned.verified.interrupted,
         },
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
