@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import compass_biped, load, save
+from gaitopt import compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
 from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
+from gaitopt.tuning import ControllerFamily, save_tuning
 from gaitopt.tuning.controller_family import law_name
 
 GAIT = "docs/examples/compass_slip.h5"
@@ -266,12 +267,33 @@ def test_a_script_without_a_law_is_explained(capsys, script):
     for name, message in (
         (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
         (f"{script}:missing", "has no function missing"),
+        (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
         ("nowhere.py:law", "There is no problem script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
     ):
         code, text = run(capsys, "stability", GAIT, "--law", name)
         assert code == 2
         assert message in " ".join(text.err.split())
+
+
+def test_a_law_tuned_in_python_is_read_if_its_family_names_the_script(capsys, script, slip_gait, tmp_path):
+    """The file of a family without script states how the law is used: its function and the tuned gains."""
+    name, gains = f"{script}:hip_spring", tmp_path / "gains.json"
+    namespace = {}
+    exec(SCRIPT, namespace)
+    law = namespace["hip_spring"](slip_gait.robot, slip_gait.motion, np.inf)
+    search, test = gaitopt.GainSearchOptions(samples=0, starts=1, evaluations=1), gaitopt.PushTest(starts=1, steps=1)
+    tuned = tune_feedback(slip_gait, ControllerFamily.from_law(law), search=search, test=test)
+    save_tuning(tuned, gains)
+    code, text = run(capsys, "stability", GAIT, "--law", str(gains))
+    assert code == 2
+    message = " ".join(text.err.split())
+    assert "The custom law 'hip spring' of" in message
+    assert "use --law SCRIPT.py:FUNCTION --gain stiffness=0.2 --gain damping=0.1; or tune Controller" in message
+    save_tuning(dataclasses.replace(tuned, family=name), gains)
+    for options in ((name, "--gain", "stiffness=0.2", "--gain", "damping=0.1"), (str(gains),)):
+        code, text = run(capsys, "stability", GAIT, "--law", *options, "--torque-limit", "1e6", "--json")
+        assert json.loads(text.out)["gaits"][0]["radius"] == pytest.approx(tuned.radius_after, rel=1e-6)
 
 
 def test_the_laws_in_the_help_are_those_of_the_registry():
