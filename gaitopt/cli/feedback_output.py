@@ -43,11 +43,15 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
 
 def print_tuning(tuned: "Tuning") -> None:
     """Print the result of tuning as a table."""
+    from gaitopt.control.law import Law
+    from gaitopt.tuning.gain_units import format_gains
+
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     table.add_row("law", tuned.family)
-    table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
+    several = tuned.law is not None and not isinstance(tuned.law, Law)
+    table.add_row("gains", format_gains(tuned.family, tuned.gains, several_contacts=several))
     verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius that was found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     table.add_row("spectral radius", Text.assemble(radii, verdict))

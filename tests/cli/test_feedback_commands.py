@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import signal
 
 import numpy as np
@@ -88,6 +89,7 @@ def test_gains_are_kept_if_their_verification_is_interrupted(capsys, tmp_path, m
     code, printed = run(capsys, *SHORT, "--starts", "2", "-o", str(gains))
     assert code == 130
     assert text in " ".join(printed.out.split())
+    assert re.search(r"gains +stiffness [0-9.e+]+ 1/s\^2, damping [0-9.e+]+ 1/s\n", re.sub(" *\n", "\n", printed.out))
     assert "Interrupted; the gains are not verified completely." in printed.err
     assert "nothing was written" not in printed.err
     facts = json.loads(gains.read_text(encoding="utf-8"))
