@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.tuning.controller_family import ControllerFamily
+    from gaitopt.tuning.record import Tuning
 
 
 def tune(
@@ -99,18 +100,23 @@ def tune(
         )
     if output is not None:
         save_tuning(tuned, output)
-    if json:
-        print_json(tuning_facts(tuned))
-    else:
-        print_tuning(tuned)
-        if output is not None:
-            report_file(output)
+    _report_tuning(tuned, output, json=json)
     if tuned.verified.interrupted:
         err.print("Interrupted; the gains are not verified completely.")
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
+
+
+def _report_tuning(tuned: "Tuning", output: Path | None, *, json: bool) -> None:
+    """Print the result of tuning and the file of the gains."""
+    if json:
+        print_json(tuning_facts(tuned))
+        return
+    print_tuning(tuned)
+    if output is not None:
+        report_file(output)
 
 
 def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_angle: bool) -> "ControllerFamily":
