@@ -230,8 +230,11 @@ def check_type(name: str, value: object, kind: type | UnionType, example: str) -
     ...
     gaitopt.errors.InputError: gait must be a Gait such as load('walk.h5'), got 'walk.h5'.
     """
-    if not isinstance(value, kind):
-        raise InputError(f"{name} must be {example}, got {value!r}.")
+    if isinstance(value, kind):
+        return
+    if callable(value) and not isinstance(value, type) and (function := getattr(value, "__name__", None)):
+        raise InputError(f"{name} must be {example}, got the function {function}; call it: {function}().")
+    raise InputError(f"{name} must be {example}, got {value!r}.")
 
 
 def callable_with(arguments: str) -> Validator:

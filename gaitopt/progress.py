@@ -92,6 +92,8 @@ class TuningStep:
         Objective of the evaluated gains.
     best : float
         Lowest objective so far.
+    limit : int
+        Maximum number of evaluations of the search; 0 if unknown.
 
     Examples
     --------
@@ -102,6 +104,7 @@ class TuningStep:
     number: int
     objective: float
     best: float
+    limit: int = 0
 
 
 @dataclass(frozen=True)

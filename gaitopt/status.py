@@ -23,8 +23,8 @@ class Status(Enum):
         "gait; use more intervals or larger cone margins, or another contact sequence."
     )
     PLAN_INACCURATE = (
-        "The optimiser converged, but the robot would not follow its plan between the nodes (see the warnings): use "
-        "more intervals or larger margins, or another contact sequence."
+        "The optimiser converged, but the plan is not accurate between the nodes (see the warnings): use more "
+        "intervals or larger margins, or another contact sequence."
     )
     UNCONFIRMED = (
         "The sequence proposed for an open one was solved, but at a different cost than the open problem: use another "

@@ -42,7 +42,7 @@ def design(
         str | None, typer.Option(help=f"Law of a RobustProblem instead of that of the script: {LAW_VALUES}.")
     ] = None,
     count: Annotated[
-        int, typer.Option(min=1, help="Number of unseen scenarios of each kind for the test of a RobustProblem.")
+        int, typer.Option(min=1, help="Number of unseen scenarios, and of pushes, in the test of a RobustProblem.")
     ] = 20,
     json: Json = False,
     quiet: Quiet = False,

@@ -1,5 +1,6 @@
 """Commands on feedback: tune, push."""
 
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -27,7 +28,7 @@ from gaitopt.cli.options import (
     Verbose,
     Workers,
 )
-from gaitopt.cli.output import print_json, report_file
+from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.motion.atomic import check_suffix, check_writable
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.tuning.controller_family import ControllerFamily
+    from gaitopt.tuning.record import Tuning
 
 
 def tune(
@@ -55,6 +57,10 @@ def tune(
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
     starts: PushStarts = 200,
+    samples: Annotated[int, typer.Option(min=0, help="Number of random gains that are evaluated first.")] = 8,
+    evaluations: Annotated[
+        int, typer.Option(min=1, help="Maximum number of evaluations of each of two simplex searches that follow.")
+    ] = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
     output: GainsOutput = None,
     json: Json = False,
@@ -66,7 +72,8 @@ def tune(
     For a robot with several contacts, the problem script is accepted in place of the gait file, and is solved first;
     the laws of such a robot are joint_pd, lqr and step_lqr.
 
-    Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.
+    Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.  Ctrl-C
+    during the verification ends it, and the gains are printed and written; the exit status is then 130.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
@@ -80,26 +87,36 @@ def tune(
     _check_output(output, "tuned gains")
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
+        if not json:
+            _recommend_engine(gait)
         tuned = tune_feedback(
             gait,
             _family_of(gait, law, torque_limit, stance_angle),
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
-            search=GainSearchOptions(seed=seed),
+            search=GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed),
             test=PushTest(starts=starts, seed=seed),
             observer=lambda step: display.describe(_progress(step)),
         )
     if output is not None:
         save_tuning(tuned, output)
-    if json:
-        print_json(tuning_facts(tuned))
-    else:
-        print_tuning(tuned)
-        if output is not None:
-            report_file(output)
+    _report_tuning(tuned, output, json=json)
+    if tuned.verified.interrupted:
+        err.print("Interrupted; the gains are not verified completely.")
+        sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
+
+
+def _report_tuning(tuned: "Tuning", output: Path | None, *, json: bool) -> None:
+    """Print the result of tuning and the file of the gains."""
+    if json:
+        print_json(tuning_facts(tuned))
+        return
+    print_tuning(tuned)
+    if output is not None:
+        report_file(output)
 
 
 def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_angle: bool) -> "ControllerFamily":
@@ -119,11 +136,21 @@ def _check_output(path: Path | None, content: str) -> None:
         check_writable(path)
 
 
+def _recommend_engine(gait: "AnyGait") -> None:
+    """Print how the evaluations and the walks of a gait become faster, if they do."""
+    from gaitopt.motion.gait import Gait
+    from gaitopt.simulation.engine_choice import default_engine, faster_walks
+
+    if isinstance(gait, Gait) and (advice := faster_walks(default_engine())):
+        err.print(advice, soft_wrap=True)
+
+
 def _progress(step: TuningStep | VerificationStep) -> str:
     """Return the progress of tuning in words."""
     if isinstance(step, VerificationStep):
         return f"verifying: pushes up to {step.radius:.3g} rad/s, {step.walks} of {step.starts} walks"
-    return f"evaluation {step.number:3d}   lowest {step.best:.4f}"
+    limit = f" of at most {step.limit}" if step.limit else ""
+    return f"evaluation {step.number:3d}{limit}   lowest {step.best:.4f}"
 
 
 def push(

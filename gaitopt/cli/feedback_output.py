@@ -33,6 +33,7 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
                 "starts": tuned.verified.starts,
                 "returned": tuned.verified.returned,
                 "push_radius": tuned.verified.radius,
+                "interrupted": tuned.verified.interrupted,
             },
             "evaluations": tuned.evaluations,
             "seconds": tuned.seconds,
@@ -42,24 +43,34 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
 
 def print_tuning(tuned: "Tuning") -> None:
     """Print the result of tuning as a table."""
+    from gaitopt.control.law import Law
+    from gaitopt.tuning.gain_units import format_gains
+
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
-    verified = tuned.verified
     table.add_row("law", tuned.family)
-    table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
+    several = tuned.law is not None and not isinstance(tuned.law, Law)
+    table.add_row("gains", format_gains(tuned.family, tuned.gains, several_contacts=several))
     verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius that was found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
         table.add_row("fixed point", f"{tuned.fixed_point_shift:.1e} from the plan")
-    table.add_row(
-        "verified",
-        f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
-        f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}",
-    )
+    table.add_row("verified", _verification_text(tuned.verified))
     table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s")
     out.print(table)
+
+
+def _verification_text(verified: "Recovery") -> str:
+    """Return the result of a verification, in words."""
+    if verified.interrupted and not verified.returned:
+        return "no: the verification was interrupted before all starts of a ball were tested"
+    text = (
+        f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
+        f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
+    )
+    return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
 
 
 def print_unstable(tuned: "Tuning") -> None:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
     from gaitopt.motion.motion import Motion
     from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.tuning.controller_family import ControllerFamily
+    from gaitopt.tuning.tuning_file import TunedGains
 
 OPEN_LOOP = "feedforward"
 HEADROOM = 1.2
@@ -117,6 +119,7 @@ def design_for(
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
+        _require_known_law(name, tuned)
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
@@ -125,6 +128,20 @@ def design_for(
     else:
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)
     return design.by_stance_angle(robot, gait.motion) if stance_angle else design
+
+
+def _require_known_law(file: str, tuned: "TunedGains") -> None:
+    """Raise InputError if a file of tuned gains names neither a family of gaitopt nor a function of a script."""
+    from gaitopt.tuning.controller_family import FAMILIES
+
+    if tuned.family in FAMILIES or script_function(tuned.family):
+        return
+    gains = " ".join(f"--gain {shlex.quote(f'{name}={value:.10g}')}" for name, value in tuned.gains.items())
+    raise InputError(
+        f"The custom law {tuned.family!r} of {file} was tuned in Python; the file does not name its script. Write a "
+        f"function (robot, motion, torque_limit) that returns the law, and use --law SCRIPT.py:FUNCTION {gains}; or "
+        "tune ControllerFamily.from_law(law, name='SCRIPT.py:FUNCTION'), so that the saved file names the function."
+    )
 
 
 def custom_design(

@@ -67,7 +67,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
         check_writable(path)
     with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
         plan = stated.solve()
-        display.describe(f"{stated.name}: walking in {count} unseen scenarios of each kind")
+        display.describe(f"{stated.name}: test in {count} unseen scenarios")
         tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
     files = _save(plan, gait, gains) if plan.robust else ()
     result = RobustDesign(plan=plan, robust=tests[0], nominal=tests[1], files=files)
@@ -104,6 +104,7 @@ def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
 
 def _print(result: RobustDesign) -> None:
     from gaitopt.motion.gait_table import format_objective
+    from gaitopt.tuning.gain_units import format_gains
 
     plan = result.plan
     unit = plan.gait.problem.get("objective_unit")
@@ -111,8 +112,8 @@ def _print(result: RobustDesign) -> None:
     costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
     out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:
-        out.print("gains: " + ", ".join(f"{name} {value:.4g}" for name, value in plan.gains.items()))
-    out.print(f"unseen scenarios: {result.robust}")
+        out.print(f"gains: {format_gains(plan.tuning.family if plan.tuning else '', plan.gains)}")
+    out.print(f"gait in unseen scenarios: {result.robust}")
     out.print(f"gait of lowest cost in the same scenarios: {result.nominal}")
     for path in result.files:
         report_file(path)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
-from gaitopt.errors import GaitoptError, InputError, ScriptError
+from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.problem import GaitProblem
@@ -106,11 +106,24 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         loader.exec_module(module)
     loaded = getattr(module, function, None)
     if not callable(loaded):
-        verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
-        others = [name for name in verbs if callable(getattr(module, name, None))]
-        hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
-        raise InputError(f"{path} has no function {function}(**parameters).{hint}")
+        raise InputError(_missing_function(path, function, module))
     return loaded
+
+
+def _missing_function(path: Path, function: str, module: types.ModuleType) -> str:
+    """Return a sentence on a function that a script does not have, and on those that it has."""
+    verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
+    if function not in verbs:
+        known = [name for name, value in vars(module).items() if _is_defined_in(module, value) and name[0] != "_"]
+        return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
+    others = [name for name in verbs if callable(getattr(module, name, None))]
+    hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
+    return f"{path} has no function {function}(**parameters).{hint}"
+
+
+def _is_defined_in(module: types.ModuleType, value: object) -> bool:
+    """Return whether a value is a function that a module defines."""
+    return inspect.isfunction(value) and value.__module__ == module.__name__
 
 
 def _nearest_script(path: Path) -> str:

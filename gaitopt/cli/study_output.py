@@ -93,7 +93,11 @@ def print_comparison(comparison: Comparison) -> None:
 
 
 def _number(value: float | str | None, form: str) -> str:
-    return format(value, form) if isinstance(value, float) else str(value)
+    """Return a number as a text; one that is rounded to zero has no minus sign."""
+    if not isinstance(value, float):
+        return str(value)
+    sign = "+" if form.startswith("+") else ""
+    return format(value, f"{sign}z{form.removeprefix('+')}")
 
 
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:

@@ -77,7 +77,7 @@ class ScenarioTest:
     Examples
     --------
     >>> print(ScenarioTest(20, 8, 20, 9, (), ("friction",)))
-    8 of 20 friction coefficients, 9 of 20 pushes survived
+    maintained at 8 of 20 friction coefficients and after 9 of 20 pushes
     """
 
     scenarios: int
@@ -88,9 +88,9 @@ class ScenarioTest:
     varied: tuple[str, ...] = field(default=(), repr=False)
 
     def __str__(self) -> str:
-        noun = "friction coefficients" if self.varied == ("friction",) else "scenarios"
-        pushes = f", {self.recovered} of {self.pushed} pushes" if self.pushed else ""
-        return f"{self.survived} of {self.scenarios} {noun}{pushes} survived"
+        place, noun = ("at", "friction coefficients") if self.varied == ("friction",) else ("in", "scenarios")
+        pushes = f" and after {self.recovered} of {self.pushed} pushes" if self.pushed else ""
+        return f"maintained {place} {self.survived} of {self.scenarios} {noun}{pushes}"
 
 
 @check_arguments
@@ -200,7 +200,7 @@ def check_scenarios(
     law : Law
     scenarios : Scenarios
     count : int
-        Number of scenarios of each kind.
+        Number of scenarios without a push and, if `scenarios` has pushes, of scenarios with a push.
     seed : int
         Seed of parameters and pushes; choose one that differs from that of the scenarios.
     engine : Engine, optional

@@ -41,7 +41,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         return tabulate_planar_gait(gait)
     solver, friction = gait.solver, gait.motion.parameters["friction"]
     facts = [
-        ("status", f"{gait.status.key}: {gait.status.hint}"),
+        ("status", describe_status(gait)),
         ("sequence", str(gait.sequence)),
         *_origin(gait),
         ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
@@ -99,6 +99,34 @@ def describe_certificate(gait: Gait | PlanarGait) -> Facts:
     return [*facts, ("sensitivity", ", ".join(effects) + " of the objective per 1 % increase")] if effects else facts
 
 
+def describe_status(gait: Gait | PlanarGait) -> str:
+    """Return the status and the remedy as a text.
+
+    If the replay of an inaccurate plan passes, the text states that it does, and the tolerance with which the plan
+    would be accepted.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> describe_status(load("docs/examples/compass_slip.h5"))
+    'solved: Solved to the requested tolerance.'
+    """
+    replay, error = gait.verification, gait.solver.error_between_nodes
+    if gait.status is not Status.PLAN_INACCURATE or replay is None or not replay.passed:
+        return f"{gait.status.key}: {gait.status.hint}"
+    followed = f"{gait.status.key}: The optimiser converged and the replay follows the plan, but"
+    tolerance = gait.problem.get("tolerance")
+    if tolerance is None:
+        tolerance = gait.problem.get("definition", {}).get("transcription", {}).get("tolerance", math.inf)
+    if not tolerance < error < math.inf:
+        return f"{followed} the plan violates a condition between the nodes (see the warnings)."
+    accepted = 10.0 ** math.ceil(math.log10(error))
+    return (
+        f"{followed} its error between nodes, {error:.1e}, exceeds the tolerance, {tolerance:.1e}. Set tolerance="
+        f"{accepted:.0e} in the transcription to accept this accuracy, or use larger margins."
+    )
+
+
 def describe_energy(energy: Ledger) -> str:
     """Return sources and losses of the energy as a text.
 
@@ -108,17 +136,17 @@ def describe_energy(energy: Ledger) -> str:
     'actuators 1.000000 J + gravity 0.000000 J = impact 1.000000 J + friction 0.000000 J, balance error 0.0e+00'
     """
     return (
-        f"actuators {energy.actuator:.6f} J + gravity {round(energy.gravity, 6) + 0.0:.6f} J = "
-        f"impact {energy.impact_loss:.6f} J + friction {energy.friction_loss:.6f} J{_forces(energy)}, "
+        f"actuators {energy.actuator:z.6f} J + gravity {energy.gravity:z.6f} J = "
+        f"impact {energy.impact_loss:z.6f} J + friction {energy.friction_loss:z.6f} J{_forces(energy)}, "
         f"balance error {energy.relative_residual:.1e}"
     )
 
 
 def _forces(energy: Ledger) -> str:
     """Return the entries of dampers, transitions and springs, where they are not zero."""
-    dampers = f" + dampers {energy.damping_loss:.6f} J" if energy.damping_loss else ""
-    dampers += f" + transitions {energy.transition_loss:.6f} J" if energy.transition_loss else ""
-    return dampers + (f" + elastic change {energy.elastic_change:.6f} J" if energy.elastic_change else "")
+    dampers = f" + dampers {energy.damping_loss:z.6f} J" if energy.damping_loss else ""
+    dampers += f" + transitions {energy.transition_loss:z.6f} J" if energy.transition_loss else ""
+    return dampers + (f" + elastic change {energy.elastic_change:z.6f} J" if energy.elastic_change else "")
 
 
 def _origin(gait: Gait) -> Facts:

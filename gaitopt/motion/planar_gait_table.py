@@ -10,6 +10,7 @@ from gaitopt.motion.gait_table import (
     describe_energy,
     describe_objective,
     describe_script,
+    describe_status,
     format_objective,
     round_margin,
 )
@@ -39,7 +40,7 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
     """
     solver, friction = gait.solver, gait.motion.parameters["friction"]
     facts = [
-        ("status", f"{gait.status.key}: {gait.status.hint}"),
+        ("status", describe_status(gait)),
         ("sequence", str(gait.sequence)),
         ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
         *describe_script(gait.problem),

@@ -12,6 +12,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
@@ -106,8 +107,7 @@ class GaitProblem:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        if not isinstance(self.robot, Robot):
-            raise InputError(f"robot must be a Robot such as compass_biped(), got {self.robot!r}.")
+        check_robot_type(self.robot, Robot, "a Robot such as compass_biped()", "PlanarProblem")
         set_(self, "sequence", ContactSequence.parse(self.sequence).check_periodic())
         set_(self, "objective", objective_named(self.objective))
         self._check_parts()

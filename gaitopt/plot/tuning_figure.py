@@ -74,15 +74,25 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     lowest = np.minimum.accumulate(np.where(np.isfinite(values), values, np.inf))
     axes.plot(numbers, values, "o", color="0.6", markersize=2.5, label="trial")
     axes.plot(numbers, np.where(np.isfinite(lowest), lowest, np.nan), **line_style(0), label="lowest so far")
+    finite = values[np.isfinite(values)]
+    largest = LARGEST_SHOWN * float(finite.min(initial=np.inf))
+    top = min(float(finite.max(initial=0.0)), largest)
     if tuned.objective == "spectral radius":
         axes.axhline(1, label="stability limit", **FigureStyle.limit_line)
-        if math.isfinite(tuned.radius_before):
-            axes.axhline(tuned.radius_before, label="open loop", linewidth=1, **line_style(1))
-    finite = values[np.isfinite(values)]
+        top = max(top, 1.0, _draw_open_loop(axes, tuned.radius_before, largest))
     if finite.size:
-        top = min(float(finite.max()), LARGEST_SHOWN * float(finite.min()))
-        axes.set_ylim(0, 1.05 * max(top, 1.0 if tuned.objective == "spectral radius" else 0.0))
+        axes.set_ylim(0, 1.05 * top)
     axes.set(xlabel="evaluation", ylabel=tuned.objective)
+
+
+def _draw_open_loop(axes: "Axes", radius: float, largest: float) -> float:
+    """Draw the spectral radius in open loop and return it; one too large for the axis is a text, and 0 is returned."""
+    if radius <= largest and math.isfinite(radius):
+        axes.axhline(radius, label="open loop", linewidth=1, **line_style(1))
+        return radius
+    if math.isfinite(radius):
+        axes.text(0.98, 0.97, f"open loop: {radius:.3g}", ha="right", va="top", transform=axes.transAxes)
+    return 0.0
 
 
 def _draw_plane(axes: "Axes", tuned: Tuning | TunedGains) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.interrupts import InterruptRecord
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
@@ -52,6 +53,8 @@ class Recovery:
         Number of steps after which each start that returned stays within the tolerance.
     beyond : float [rad/s]
         In a search for the largest ball: the smallest radius tested from which not all starts return; inf if none.
+    interrupted : bool
+        Whether the search for the largest ball was interrupted; all starts of the ball of this radius were tested.
 
     Examples
     --------
@@ -66,6 +69,7 @@ class Recovery:
     tolerance: float
     settling: tuple[int, ...] = ()
     beyond: float = math.inf
+    interrupted: bool = False
 
     @property
     def complete(self) -> bool:
@@ -148,6 +152,7 @@ def find_largest_recovery(
     cycle: "Cycle | PlanarCycle",
     test: PushTest | None = None,
     observer: WalkObserver | None = None,
+    interrupt: InterruptRecord | None = None,
 ) -> Recovery:
     """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
 
@@ -161,6 +166,9 @@ def find_largest_recovery(
     test : PushTest, optional
     observer : callable, optional
         Receives a :class:`gaitopt.progress.VerificationStep` after each walk.
+    interrupt : InterruptRecord, optional
+        Record of Ctrl-C; once one is received the search ends after the current walk and returns the largest ball so
+        far.
 
     Examples
     --------
@@ -183,6 +191,8 @@ def find_largest_recovery(
     while (math.isinf(beyond) or upper - lower > test.resolution * upper) and upper > 1e-6:
         settling = []
         for push in draw_from_ball(walk.spread, test):
+            if interrupt is not None and interrupt.received:
+                return replace(best, beyond=beyond, interrupted=True)
             settling.append(_count_settling_steps(walk, radius * push, test))
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 from gaitopt.arguments import check_record
 from gaitopt.control.law import Law
-from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.contact_sequence import ContactSequence
 
 
@@ -46,8 +46,7 @@ class WalkProblem:
     name: str = "walk"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.robot, Robot):
-            raise InputError(f"robot must be a Robot such as rimless_wheel(), got {self.robot!r}.")
+        check_robot_type(self.robot, Robot, "a Robot such as rimless_wheel()", "PlanarWalkProblem")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
         if self.sequence is not None:
             object.__setattr__(

@@ -39,7 +39,7 @@ class GainSearchOptions:
     starts : int
         Number of the best of these that start the simplex method.
     evaluations : int
-        Maximum number of evaluations of each start.
+        Maximum number of evaluations of each start; `evaluations_in_total` is that of the whole search.
     seed : int
     tolerance : float
         Change of the objective below which the simplex method ends.
@@ -55,6 +55,11 @@ class GainSearchOptions:
     evaluations: int = field(default=60, validator=whole_number())
     seed: int = field(default=0, validator=whole_number(0))
     tolerance: float = field(default=1e-3, validator=positive())
+
+    @property
+    def evaluations_in_total(self) -> int:
+        """Maximum number of evaluations: the start of the family, the random gains, and those of the starts."""
+        return 1 + self.samples + min(self.starts, 1 + self.samples) * self.evaluations
 
 
 class GainSearch:
@@ -88,13 +93,14 @@ class GainSearch:
         observer: TuningObserver,
     ) -> None:
         self.family, self.objective, self.trials = family, objective, list[Trial]()
-        self._observer, planned = observer, gait.motion.parameters
+        self._observer, self._limit, planned = observer, 0, gait.motion.parameters
         changes = [dict(each) if isinstance(each, Mapping) else {"friction": each} for each in frictions]
         grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
         self._grounds = [make_ground_map(gait, ground, engine) for ground in grounds]
 
     def search(self, search: GainSearchOptions) -> Trial:
         """Minimise the objective and return the best trial."""
+        self._limit = search.evaluations_in_total
         gains, rng = self.family.gains, np.random.default_rng(search.seed)
         begin = [np.array([gain.share for gain in gains]), *rng.uniform(size=(search.samples, len(gains)))]
         ranked = sorted(begin, key=lambda share: self(share))
@@ -110,7 +116,7 @@ class GainSearch:
         value = self._value(gains)
         self.trials.append(Trial(gains, value))
         best = min(rank_of(trial.objective) for trial in self.trials)
-        self._observer(TuningStep(len(self.trials), value, best))
+        self._observer(TuningStep(len(self.trials), value, best, self._limit))
         return value
 
     def _value(self, gains: Mapping[str, float]) -> float:

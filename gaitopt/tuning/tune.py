@@ -10,6 +10,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
+from gaitopt.interrupts import InterruptRecord, hold_interrupt
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
@@ -38,6 +39,9 @@ def tune_feedback(
     observer: TuningObserver = silent,
 ) -> Tuning:
     """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
+
+    Ctrl-C during the verification ends it after the current walk and keeps the gains; `verified.interrupted` is then
+    True.
 
     Parameters
     ----------
@@ -87,18 +91,21 @@ def tune_feedback(
     gain_search = GainSearch(gait, robot, family, objective, tuple(frictions), engine, observer)
     best = gain_search.search(search)
     seconds = time.perf_counter() - start_time
-    law, cycle = _closed_loop_gait(gait, family, best, engine)
+    with hold_interrupt() as interrupt:  # the gains are kept if only their verification is interrupted
+        law, cycle = _closed_loop_gait(gait, family, best, engine)
+        radius_before = _open_loop(gait, engine)
+        verified = _verify_tuning(gait, law, cycle, test or PushTest(), engine, (observer, interrupt))
     return Tuning(
         law=law,
         family=family.name,
         gains=best.gains,
         settings=family.settings,
         objective=objective.name,
-        radius_before=_open_loop(gait, engine),
+        radius_before=radius_before,
         radius_after=math.inf if cycle is None else cycle.radius,
         cycle=cycle,
         fixed_point_shift=math.nan if cycle is None else fixed_point_shift(gait, cycle),
-        verified=_verify_tuning(gait, law, cycle, test or PushTest(), engine, observer),
+        verified=verified,
         trials=tuple(gain_search.trials),
         evaluations=len(gain_search.trials),
         seconds=seconds,
@@ -144,8 +151,8 @@ def _verify_tuning(
     cycle: Cycle | PlanarCycle | None,
     test: PushTest,
     engine: Engine | None,
-    observer: TuningObserver,
+    watch: tuple[TuningObserver, InterruptRecord],
 ) -> Recovery:
     if law is None or cycle is None:
         return Recovery(radius=0.0, starts=test.starts, returned=0, steps=test.steps, tolerance=test.tolerance)
-    return find_largest_recovery(walker_near(gait, law, cycle, engine), cycle, test, observer)
+    return find_largest_recovery(walker_near(gait, law, cycle, engine), cycle, test, *watch)

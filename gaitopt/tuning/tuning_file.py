@@ -102,6 +102,9 @@ class TunedGains:
 def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     """Write tuned gains, the record of their search and the stability of the gait as JSON.
 
+    The file contains the name of the law, not its function.  ``--law gains.json`` therefore requires a law of gaitopt,
+    or a custom family named by script and function: ``ControllerFamily.from_law(law, name="mylaw.py:constraint")``.
+
     Parameters
     ----------
     tuned : Tuning
@@ -139,6 +142,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
             "starts": tuned.verified.starts,
             "returned": tuned.verified.returned,
             "push_radius": tuned.verified.radius,
+            "interrupted": tuned.verified.interrupted,
         },
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }

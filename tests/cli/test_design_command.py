@@ -118,7 +118,7 @@ def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
     run = command("design", script(ROBUST), "--count", "3", "-o", "here")
     assert run.status == 0, run.err
     assert "robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +" in run.out
-    assert "unseen scenarios: 3 of 3 friction coefficients survived" in run.out
+    assert "gait in unseen scenarios: maintained at 3 of 3 friction coefficients" in run.out
     assert load(folder / "here" / "own.h5").verification.passed
     assert not (folder / "here" / "own_law.json").exists()
 

@@ -2,14 +2,18 @@
 
 import dataclasses
 import json
+import re
+import signal
 
 import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import compass_biped, load, save
+from gaitopt import compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
 from gaitopt.cli.law_option import design_for, limit_for
+from gaitopt.progress import TuningStep, VerificationStep
+from gaitopt.tuning import ControllerFamily, save_tuning
 from gaitopt.tuning.controller_family import law_name
 
 GAIT = "docs/examples/compass_slip.h5"
@@ -46,7 +50,7 @@ def test_tune_prints_what_was_found(capsys):
     assert facts["verified"]["returned"] == facts["verified"]["starts"] == 2
     assert facts["verified"]["push_radius"] > 0
     assert list(facts) == KEYS
-    assert set(facts["verified"]) == {"starts", "returned", "push_radius"}
+    assert set(facts["verified"]) == {"starts", "returned", "push_radius", "interrupted"}
 
 
 def test_a_gait_that_cannot_be_held_is_reported(capsys):
@@ -57,7 +61,54 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     assert "not stabilised by joint_pd within its torque limits: no periodic gait was found near the plan" in text.err
     assert list(facts) == KEYS
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
-    assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0}
+    assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0, "interrupted": False}
+
+
+SHORT = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--samples", "0", "--evaluations", "3")
+
+
+@pytest.mark.parametrize(
+    ("walk", "text"),
+    [
+        (1, "no: the verification was interrupted before all starts of a ball were tested"),
+        (5, "return to the gait (within 0.0001) in at most 30 steps"),
+    ],
+)
+def test_gains_are_kept_if_their_verification_is_interrupted(capsys, tmp_path, monkeypatch, walk, text):
+    """The largest ball of which all starts were tested is reported: two starts each, interrupted in the third ball."""
+    seen = []
+
+    def interrupt(step):
+        seen.append(step)
+        if sum(isinstance(each, VerificationStep) for each in seen) == walk:
+            signal.raise_signal(signal.SIGINT)
+        return ""
+
+    monkeypatch.setattr("gaitopt.cli.feedback._progress", interrupt)
+    gains = tmp_path / "gains.json"
+    code, printed = run(capsys, *SHORT, "--starts", "2", "-o", str(gains))
+    assert code == 130
+    assert text in " ".join(printed.out.split())
+    assert re.search(r"gains +stiffness [0-9.e+]+ 1/s\^2, damping [0-9.e+]+ 1/s\n", re.sub(" *\n", "\n", printed.out))
+    assert "Interrupted; the gains are not verified completely." in printed.err
+    assert "nothing was written" not in printed.err
+    facts = json.loads(gains.read_text(encoding="utf-8"))
+    assert set(facts["gains"]) == {"stiffness", "damping"}
+    assert facts["verified"]["interrupted"]
+    assert (facts["verified"]["returned"] > 0) == (walk > 1)
+    assert {step.limit for step in seen if isinstance(step, TuningStep)} == {4}  # the start and 3 evaluations
+    assert sum(isinstance(step, VerificationStep) for step in seen) == walk
+
+
+@pytest.mark.parametrize("advice", [None, "The heyoka engine simulates walks faster."])
+def test_a_faster_engine_is_recommended_before_a_search(capsys, monkeypatch, advice):
+    def end(*_, **__):
+        raise gaitopt.InputError("the search begins")
+
+    monkeypatch.setattr("gaitopt.simulation.engine_choice.faster_walks", lambda engine: advice)
+    monkeypatch.setattr("gaitopt.tuning.tune.tune_feedback", end)
+    _, text = run(capsys, *SHORT)
+    assert ("heyoka" in text.err) == (advice is not None)
 
 
 def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
@@ -220,12 +271,33 @@ def test_a_script_without_a_law_is_explained(capsys, script):
     for name, message in (
         (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
         (f"{script}:missing", "has no function missing"),
+        (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
         ("nowhere.py:law", "There is no problem script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
     ):
         code, text = run(capsys, "stability", GAIT, "--law", name)
         assert code == 2
         assert message in " ".join(text.err.split())
+
+
+def test_a_law_tuned_in_python_is_read_if_its_family_names_the_script(capsys, script, slip_gait, tmp_path):
+    """The file of a family without script states how the law is used: its function and the tuned gains."""
+    name, gains = f"{script}:hip_spring", tmp_path / "gains.json"
+    namespace = {}
+    exec(SCRIPT, namespace)
+    law = namespace["hip_spring"](slip_gait.robot, slip_gait.motion, np.inf)
+    search, test = gaitopt.GainSearchOptions(samples=0, starts=1, evaluations=1), gaitopt.PushTest(starts=1, steps=1)
+    tuned = tune_feedback(slip_gait, ControllerFamily.from_law(law), search=search, test=test)
+    save_tuning(tuned, gains)
+    code, text = run(capsys, "stability", GAIT, "--law", str(gains))
+    assert code == 2
+    message = " ".join(text.err.split())
+    assert "The custom law 'hip spring' of" in message
+    assert "use --law SCRIPT.py:FUNCTION --gain stiffness=0.2 --gain damping=0.1; or tune Controller" in message
+    save_tuning(dataclasses.replace(tuned, family=name), gains)
+    for options in ((name, "--gain", "stiffness=0.2", "--gain", "damping=0.1"), (str(gains),)):
+        code, text = run(capsys, "stability", GAIT, "--law", *options, "--torque-limit", "1e6", "--json")
+        assert json.loads(text.out)["gaits"][0]["radius"] == pytest.approx(tuned.radius_after, rel=1e-6)
 
 
 def test_the_laws_in_the_help_are_those_of_the_registry():

@@ -71,6 +71,7 @@ def test_a_terminal_shows_no_count_before_the_total_is_known(error_stream):
 
 def test_tuning_shows_its_verification():
     assert feedback._progress(TuningStep(3, 0.5, 0.25)) == "evaluation   3   lowest 0.2500"
+    assert feedback._progress(TuningStep(3, 0.5, 0.25, 129)) == "evaluation   3 of at most 129   lowest 0.2500"
     text = feedback._progress(VerificationStep(0.125, 30, 200))
     assert text == "verifying: pushes up to 0.125 rad/s, 30 of 200 walks"
 

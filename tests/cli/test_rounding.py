@@ -3,7 +3,7 @@
 import dataclasses
 
 from gaitopt import assess_stability, load
-from gaitopt.cli import walk_output
+from gaitopt.cli import study_output, walk_output
 from gaitopt.motion import Ledger, gait_table
 from gaitopt.motion.gait import Gait
 from gaitopt.simulation import default_engine
@@ -30,3 +30,8 @@ def test_a_multiplier_that_is_a_rounding_error(capsys):
     assert "0" in shown
     assert {"0.5", "1e-08"} <= set(shown)
     assert "8.5e-14" not in shown
+
+
+def test_an_entry_of_a_comparison_that_is_a_rounding_error():
+    numbers = [(-1e-9, ".5f"), (-1e-9, "+.4f"), (-0.5, "+.4f"), (0.5, "+.4f"), (0.25, "g")]
+    assert [study_output._number(*each) for each in numbers] == ["0.00000", "+0.0000", "-0.5000", "+0.5000", "0.25"]

@@ -52,7 +52,7 @@ def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
     robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
     assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())
-    assert str(robust) == "12 of 12 friction coefficients, 12 of 12 pushes survived"
+    assert str(robust) == "maintained at 12 of 12 friction coefficients and after 12 of 12 pushes"
     nominal = check_scenarios(plan.nominal, plan.nominal_law, SCENARIOS, count=12)
     assert nominal.survived < 12
     assert nominal.recovered < 12
@@ -104,7 +104,7 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     assert "worst: hip_mass " in str(plan)
     assert str(plan).endswith(" from the plan after 3 steps (tolerance 0.0001)")
     test = check_scenarios(plan.gait, plan.law, heavy, count=2)
-    assert str(test) == f"{test.survived} of 2 scenarios survived"
+    assert str(test) == f"maintained in {test.survived} of 2 scenarios"
 
 
 @pytest.mark.parametrize(("law", "reason"), [(3, "law must be a name"), (lambda *_: 3, "it returned int")])

@@ -9,7 +9,8 @@ import pytest
 
 from gaitopt import InputError, Status
 from gaitopt.motion import Conflict, Violation, summarise
-from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.motion.energy import Ledger
+from gaitopt.motion.gait_table import describe_energy, tabulate_gait
 from gaitopt.motion.summary import plain
 
 
@@ -86,3 +87,23 @@ def test_dampers_and_springs_are_shown_where_there_are_any(slip_gait, damped):
     shown = dict(tabulate_gait(slip_gait))["energy"]
     assert "dampers" not in shown
     assert "elastic" not in shown
+
+
+def test_the_status_of_an_inaccurate_plan_does_not_contradict_its_replay(slip_gait):
+    """The replay of a plan of error 2.5e-7 passes; the tolerance with which such a plan is accepted is stated."""
+    solver = dataclasses.replace(slip_gait.solver, error_between_nodes=2.5e-7)
+    gait = slip_gait.replace_fields(status=Status.PLAN_INACCURATE, solver=solver)
+    assert gait.verification.passed
+    text = dict(tabulate_gait(gait))["status"]
+    assert "the replay follows the plan, but its error between nodes, 2.5e-07, exceeds the tolerance, 1.0e-07" in text
+    assert "tolerance=1e-06" in text
+    exact = dataclasses.replace(solver, error_between_nodes=1e-9)
+    assert "see the warnings" in dict(tabulate_gait(gait.replace_fields(solver=exact)))["status"]
+    unknown = dict(tabulate_gait(gait.replace_fields(verification=None)))["status"]
+    assert unknown == f"plan_inaccurate: {Status.PLAN_INACCURATE.hint}"
+    assert "would not follow" not in unknown
+
+
+def test_an_energy_that_is_rounded_to_zero_has_no_sign():
+    energy = Ledger(actuator=1.0, gravity=-1e-9, impact_loss=1.0, friction_loss=-1e-9, kinetic_change=0.0)
+    assert "-0.0" not in describe_energy(energy)

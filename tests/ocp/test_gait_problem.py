@@ -4,6 +4,7 @@ import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, Margins, Parameter, TorqueSquared, compass_biped, rimless_wheel
 from gaitopt.errors import SequenceError
+from gaitopt.model.robots.monopod import monopod
 
 
 def test_names_become_objects(reference_problem):
@@ -78,6 +79,8 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"transcription": None}, "transcription must be"),
         ({"guess": "passive"}, "guess must be"),
         ({"robot": "compass"}, "robot must be a Robot"),
+        ({"robot": compass_biped}, r"got the function compass_biped; call it: compass_biped\(\)"),
+        ({"robot": monopod()}, r"robot must be a Robot .*; PlanarRobot 'monopod' is for PlanarProblem"),
         ({"robot": rimless_wheel()}, "no actuators; an optimal gait requires at least one"),
     ],
 )

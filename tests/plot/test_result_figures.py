@@ -166,6 +166,14 @@ def test_tuned_gains_show_the_search_and_the_multipliers(results):
     assert sorted(plane.lines[-1].get_ydata()) == [-0.4, 0.4]
 
 
+@pytest.mark.parametrize(("radius", "drawn"), [(2.424, True), (50.0, False)])
+def test_the_open_loop_of_tuned_gains_lies_within_the_axis_or_is_a_text(results, radius, drawn):
+    search = plot_tuning(replace(results["tuned gains"], radius_before=radius)).axes[0]
+    assert ("open loop" in {line.get_label() for line in search.lines}) == drawn
+    assert (search.get_ylim()[1] > radius) == drawn
+    assert [text.get_text() for text in search.texts] == ([] if drawn else ["open loop: 50"])
+
+
 def test_a_push_test_has_an_axis_for_each_disturbance(results):
     record = results["push test"]
     figure = plot_robustness({"one": record, "other": replace(record, margins=record.margins[:1])})

@@ -6,7 +6,7 @@ import pytest
 
 from gaitopt.cli.script import call_script
 from gaitopt.errors import InputError
-from gaitopt.model import compass_with_two_feet, kneed_walker
+from gaitopt.model import compass_biped, compass_with_two_feet, kneed_walker
 from gaitopt.stability import PlanarWalkProblem
 from tests.conftest import ROOT
 
@@ -42,6 +42,8 @@ def test_without_a_gait_the_search_is_empty():
 def test_invalid_problems_are_rejected():
     with pytest.raises(InputError, match="robot must be a PlanarRobot such as kneed_walker"):
         PlanarWalkProblem(robot="kneed walker", **COMPASS)
+    with pytest.raises(InputError, match=r"robot must be a PlanarRobot .*; Robot '.*' is for WalkProblem"):
+        PlanarWalkProblem(robot=compass_biped(), **COMPASS)
     with pytest.raises(InputError, match="has no parameter 'slop'"):
         compass(parameters={"slop": 1})
 

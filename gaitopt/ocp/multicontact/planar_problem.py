@@ -8,6 +8,7 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
 from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
@@ -105,7 +106,7 @@ class PlanarProblem:
     name: str = "gait"
 
     def __post_init__(self) -> None:
-        check_type("robot", self.robot, PlanarRobot, "a PlanarRobot such as monopod()")
+        check_robot_type(self.robot, PlanarRobot, "a PlanarRobot such as monopod()", "GaitProblem")
         for name, kind in (("limits", PlanarLimits), ("margins", Margins), ("guess", PlanarGuess)):
             check_type(name, getattr(self, name), kind, f"a {kind.__name__}")
         check_type("transcription", self.transcription, Collocation, "a Collocation(...)")

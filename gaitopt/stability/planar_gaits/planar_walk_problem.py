@@ -12,6 +12,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_formulation import formulate_planar_robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.simulation.planar_simulation.placement import place_planar
 
 if TYPE_CHECKING:
@@ -70,8 +71,7 @@ class PlanarWalkProblem:
     name: str = "walk"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.robot, PlanarRobot):
-            raise InputError(f"robot must be a PlanarRobot such as kneed_walker(), got {self.robot!r}.")
+        check_robot_type(self.robot, PlanarRobot, "a PlanarRobot such as kneed_walker()", "WalkProblem")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
         from gaitopt.model.planar.planar_check import require_planar
 

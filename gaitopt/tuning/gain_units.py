@@ -1,0 +1,25 @@
+"""Units of the gains of the feedback laws of gaitopt."""
+
+from collections.abc import Mapping
+
+UNITS = {
+    "joint_pd": {"stiffness": "N m/rad", "damping": "N m s/rad"},
+    "computed_torque": {"stiffness": "1/s^2", "damping": "1/s"},
+    "lqr": {"torque": "N m", "rate": "rad/s"},
+    "step_lqr": {"torque": "N m", "rate": "rad/s"},
+    "push_off": {"torque": "N m", "duration": "s"},
+}
+"""Units by controller family and last word of the gain; an actuator of a robot with several contacts may be a force."""
+
+
+def format_gains(family: str, gains: Mapping[str, float], *, several_contacts: bool = False) -> str:
+    """Return gains with their units as a text; those of custom laws have no units.
+
+    Examples
+    --------
+    >>> format_gains("computed_torque", {"stiffness": 253.8, "damping": 30.68})
+    'stiffness 253.8 1/s^2, damping 30.68 1/s'
+    """
+    units = {} if several_contacts else UNITS.get(family, {})
+    texts = (f"{name} {value:.4g} {units.get(name.rpartition('_')[2], '')}" for name, value in gains.items())
+    return ", ".join(text.rstrip() for text in texts)
