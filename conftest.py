@@ -50,7 +50,7 @@ def pytest_configure(config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config):
-    """Let two processes share the whole of the tests; parts of it run in this one unless ``-n`` states another number."""
+    """Let two processes share all tests; parts of them run in this one unless ``-n`` states a number."""
     option, whole = config.option, config.args_source is config.ArgsSource.TESTPATHS
     if "PYTEST_XDIST_WORKER" in os.environ:  # this is one of the two
         return
