@@ -42,7 +42,9 @@ class PlanarStepBoundary:
     --------
     >>> column = ca.DM.zeros(2)
     >>> states = dict.fromkeys(("q_first", "v_first", "q_last", "v_last"), column)
-    >>> PlanarStepBoundary(**states, coordinates=("x", "y"), duration=0.7, travel=0.4, energy_lost=0.1).duration
+    >>> PlanarStepBoundary(
+    ...     **states, coordinates=("x", "y"), duration=0.7, travel=0.4, parameters={}, energy_lost=0.1
+    ... ).duration
     0.7
     """
 
