@@ -54,5 +54,6 @@ if __name__ == "__main__":
 def test_threads_and_processes_agree_with_one_thread(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300, check=False)
-    assert (done.stdout, done.stderr) == ("[]\n", "")
+    command = [sys.executable, "-X", "faulthandler", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "[]\n", "")
