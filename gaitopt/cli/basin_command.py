@@ -96,8 +96,9 @@ def basin(
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if source.suffix == DIAGRAM or branch is not None:
-        stated: dict[str, Any] = {"--set": setting, "--state": state, "--law": feedback, "--torque-limit": torque_limit}
-        stated |= {"--steps": steps != STEPS, "--workers": workers, "--scheduler": scheduler}
+        unaccepted = {"--law": law != OPEN_LOOP, "--gain": gain, "--stance-angle": stance_angle, "--set": setting}
+        unaccepted |= {"--torque-limit": torque_limit is not None, "--steps": steps != STEPS, "--state": state}
+        stated = unaccepted | {"--workers": workers, "--scheduler": scheduler}
         compute_diagram_basin((source, problem, branch or 0), over, engine, output, stated, json=json)
         return
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)

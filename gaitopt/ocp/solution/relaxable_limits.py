@@ -297,9 +297,8 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
     slips = any(mode.slips for mode in (*sequence.phases, sequence.impact))
     cones = rows.find(Kind.FORWARD_CONE), rows.find(Kind.BACKWARD_CONE)
     impact = rows.find(Kind.FORWARD_IMPACT_CONE), rows.find(Kind.BACKWARD_IMPACT_CONE)
-    if (
-        slips or sequence.is_open or "friction" not in problem.free
-    ):  # the bounds of a free coefficient are among those of `free`
+    # The bounds of a free coefficient are among those of `free`.
+    if slips or sequence.is_open or "friction" not in problem.free:
         yield RelaxableLimit(
             name="friction cone of the sticking foot" if slips else "friction",
             setting="friction",
