@@ -4,11 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Generic, Self, TypeVar, overload
 
-from gaitopt.locks import ForkSafeLock
+from gaitopt.locks import ONE_AT_A_TIME
 
 T = TypeVar("T")
-
-_ONE_AT_A_TIME = ForkSafeLock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +60,7 @@ class LazyField(Generic[T]):
             return self._default[0]
         stored = vars(instance)[self._name]
         if isinstance(stored, Deferred):
-            with _ONE_AT_A_TIME:  # a thread that has waited for the lock reads the value
+            with ONE_AT_A_TIME:  # a thread that has waited for the lock reads the value
                 stored = vars(instance)[self._name]
                 if isinstance(stored, Deferred):
                     stored = vars(instance)[self._name] = stored.read()

@@ -1,8 +1,19 @@
-"""Locks that a forked process can acquire although a thread of its parent held them."""
+"""Locks that a forked process can acquire although a thread of its parent held them, and the lock of expressions.
 
+CasADi releases Python's lock in every call, but the reference counts of its SX nodes and its table of constants are not
+protected: two threads that build, or one that builds and one that deletes, expressions at the same time can crash the
+process.
+"""
+
+import functools
 import os
 import threading
+from collections.abc import Callable
 from types import TracebackType
+from typing import Any, ParamSpec, TypeVar, overload
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class ForkSafeLock:
@@ -31,3 +42,40 @@ class ForkSafeLock:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         *self._local.acquired, lock = self._local.acquired  # that of the parent, in a process forked in the block
         lock.release()
+
+
+ONE_AT_A_TIME = ForkSafeLock()
+"""Lock of all work with expressions, and of all solves: Ipopt with MUMPS is not thread-safe, either."""
+
+
+def one_at_a_time(function: Callable[P, T]) -> Callable[P, T]:
+    """Return a function that builds expressions, with the lock of expressions held during each call.
+
+    Examples
+    --------
+    >>> one_at_a_time(abs)(-1)
+    1
+    """
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        with ONE_AT_A_TIME:
+            return function(*args, **kwargs)
+
+    return call
+
+
+class cached_property(functools.cached_property[T]):
+    """A cached property that may build expressions.
+
+    That of Python 3.11 holds a lock of its own: a thread that waits in it for the lock of expressions and a thread that
+    holds this one and waits for the property would wait for ever.
+    """
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any] | None = None) -> "cached_property[T]": ...
+    @overload
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> T: ...
+    def __get__(self, instance: object | None, owner: type[Any] | None = None) -> Any:
+        with ONE_AT_A_TIME:
+            return super().__get__(instance, owner)

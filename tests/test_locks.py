@@ -8,14 +8,13 @@ import pytest
 
 SCRIPT = """
 import os, threading, time, warnings
-from gaitopt.lazy import _ONE_AT_A_TIME
-from gaitopt.ocp.nlp.ipopt import ONE_AT_A_TIME
+from gaitopt.locks import ONE_AT_A_TIME
 
 acquired, done = threading.Event(), threading.Event()
 
 
 def hold():
-    with ONE_AT_A_TIME, _ONE_AT_A_TIME:
+    with ONE_AT_A_TIME:
         acquired.set()
         done.wait()
 
@@ -25,7 +24,7 @@ acquired.wait()
 warnings.simplefilter("ignore")
 child = os.fork()
 if child == 0:
-    with ONE_AT_A_TIME, _ONE_AT_A_TIME:
+    with ONE_AT_A_TIME:
         os._exit(7)
 status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 done.set()

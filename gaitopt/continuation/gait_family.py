@@ -1,6 +1,5 @@
 """Periodic gaits of a walker over a parameter of robot, ground or law, as a family of return maps."""
 
-import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from gaitopt.continuation.special_point import SpecialKind, classify_change, rea
 from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -182,24 +182,24 @@ class GaitFamily:
         """Return the periodic gait at a point with all its derived quantities, or None if there is none."""
         return find_cycle(self._walker(value)[0], z, self.steps)
 
-    @functools.cached_property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
         return self._section(0.0 if self.line else self.parameters[self.parameter]).names
 
-    @functools.cached_property
+    @cached_property
     def _rigid(self) -> tuple[str, ...]:
         return tuple(name for name in self.names if name != "foot_speed")
 
     def _section(self, value: float) -> Section:
         return self._walker(value)[1]
 
-    @functools.cached_property
+    @cached_property
     def _latest(self) -> dict[str, Any]:
         """The last sample whose derivative was computed, and its derivative with respect to the state."""
         return {}
 
-    @functools.cached_property
+    @cached_property
     def _walkers(self) -> dict[float, tuple[Walker, Section, Linearisation]]:
         """The last walkers, by the value of the parameter."""
         return {}

@@ -1,6 +1,5 @@
 """Periodic gaits of a planar robot with any contacts over a parameter, as a family of return maps."""
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -17,6 +16,7 @@ from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
+from gaitopt.locks import cached_property
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
@@ -203,12 +203,12 @@ class PlanarFamily:
         chosen = automaton.events.choose(state, state.closed, state.latched, {})
         return follow(automaton, chosen, duration=self.longest, until=self.section)
 
-    @functools.cached_property
+    @cached_property
     def _latest(self) -> dict[str, Any]:
         """The last sample whose derivative was computed, and its derivative with respect to the state."""
         return {}
 
-    @functools.cached_property
+    @cached_property
     def _automata(self) -> dict[float, tuple[PlanarAutomaton, ChartAt]]:
         """The last equations, by the value of the parameter."""
         return {}

@@ -17,6 +17,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.signature import INPUTS, OUTPUTS, Memory, no_memory, saturate_control, torque_function
 from gaitopt.errors import InputError, suggest
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, check_motion
@@ -165,6 +166,7 @@ class Law:
 
 
 @check_arguments
+@one_at_a_time
 def passive(robot: Robot | PlanarRobot) -> Law:
     """Return the law with zero torque.
 
@@ -236,6 +238,7 @@ def feedforward_samples(robot: Robot, time: Array, torque: Array) -> Law:
 
 
 @functools.lru_cache(maxsize=8)
+@one_at_a_time
 def _linear_torque(robot: Robot) -> ca.Function:
     """Return the torque that is linear in the clock from the start of its piece."""
     data = ca.SX.sym("data", 1 + 2 * robot.n_u)
@@ -282,6 +285,7 @@ def _check_signature(name: str, control: ca.Function, rows: int) -> None:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _deserialise(serialized: str) -> ca.Function:
     """Return a Function from its serialised form; equal expressions give the same Function."""
     return ca.Function.deserialize(serialized)

@@ -12,6 +12,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.reference import Reference, quintic, reference
 from gaitopt.control.signature import Memory, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
@@ -92,6 +93,7 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
 
 
 @functools.lru_cache(maxsize=64)
+@one_at_a_time
 def _replace_clock(control: ca.Function, known: Memory, entry: int) -> tuple[ca.Function, Memory]:
     """Return a law's Function and memory with its clock replaced by a polynomial of an entry of q."""
     inputs = inputs_of(control, data=LEADING_ROWS)

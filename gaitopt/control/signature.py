@@ -14,6 +14,7 @@ import casadi as ca
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import Parameter
@@ -101,6 +102,7 @@ def control_function(
     return ca.Function("control", [*inputs], outputs, [*INPUTS], [*OUTPUTS])
 
 
+@one_at_a_time
 def torque_function(
     robot: Robot | PlanarRobot, data: ca.SX, torque: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]
 ) -> ca.Function:
@@ -204,6 +206,7 @@ def make_memory(
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def no_memory(n_q: int, data: int) -> Memory:
     """Return the memory of a law without latched values."""
     return make_memory(_symbols(n_q, 0, data), ca.SX(0, 1), values=())
@@ -235,6 +238,7 @@ def saturate(torque: ca.SX, limits: ca.SX) -> ca.SX:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def saturate_control(control: ca.Function) -> ca.Function:
     """Return the Function of a law with its torque limited by the last rows of its data."""
     inputs = inputs_of(control)

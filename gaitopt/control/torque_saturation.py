@@ -16,6 +16,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import LawInputs, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -100,6 +101,7 @@ def _rewrite_law(law: Law, inputs: LawInputs, data: ca.SX, table: Array, limited
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def split_at_limits(control: ca.Function) -> ca.Function:
     """Return the Function of a law with limits in which the side of each actuator is a number.
 

@@ -1,6 +1,5 @@
 """Assembly of a robot from its symbolic description: Functions of the motion, the landing foot and the step."""
 
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -10,6 +9,7 @@ import casadi as ca
 from gaitopt.arguments import check_arguments, check_record
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
+from gaitopt.locks import ONE_AT_A_TIME, one_at_a_time
 from gaitopt.model.contacts import accelerations
 from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
@@ -84,6 +84,7 @@ class Drawing:
 
 
 @check_arguments
+@one_at_a_time
 def assemble(
     name: str,
     coordinates: Coordinates,
@@ -329,12 +330,12 @@ class PerMode(Mapping[Mode, ca.Function]):
     """The Functions of the physical contact modes, each built at its first use."""
 
     def __init__(self, make: Callable[[Mode], ca.Function]) -> None:
-        self._make, self._made, self._lock = make, dict[Mode, ca.Function](), threading.Lock()
+        self._make, self._made = make, dict[Mode, ca.Function]()
 
     def __getitem__(self, mode: Mode) -> ca.Function:
         if mode not in PHYSICAL:
             raise KeyError(mode)
-        with self._lock:  # expressions are not thread-safe
+        with ONE_AT_A_TIME:
             if mode not in self._made:
                 self._made[mode] = self._make(mode)
             return self._made[mode]

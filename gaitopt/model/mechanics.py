@@ -4,13 +4,13 @@ They read  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is 
 W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
 
@@ -130,7 +130,7 @@ class Mechanics:
         forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.fall), True)
         return forces + self.resistance
 
-    @functools.cached_property
+    @cached_property
     def mass_matrix(self) -> ca.SX:
         """Mass matrix M, shape (n_q, n_q)."""
         jacobian, count = ca.jacobian(self.entries, self._q), 2 * len(self._bodies)
@@ -140,27 +140,27 @@ class Mechanics:
         products = (inertia * (part.T @ part) for inertia, part in zip(inertias, rows, strict=True))
         return ca.triu2symm(ca.triu(ca.simplify(sum(products, ca.SX(*2 * self._q.shape[:1])))))
 
-    @functools.cached_property
+    @cached_property
     def bias(self) -> ca.SX:
         """Coriolis and gravity terms, springs and dampers h, shape (n_q, 1) [N, N m]."""
         return self.require(ca.SX(*self._q.shape))
 
-    @functools.cached_property
+    @cached_property
     def kinetic(self) -> ca.SX:
         """Kinetic energy [J]."""
         return ca.dot(self.inertia * self._rates, self._rates) / 2
 
-    @functools.cached_property
+    @cached_property
     def potential(self) -> ca.SX:
         """Potential energy, that of springs and potentials included [J]."""
         return self.elastic - ca.dot(self.inertia * self.fall, self.entries)
 
-    @functools.cached_property
+    @cached_property
     def momentum(self) -> ca.SX:
         """Linear momentum, summed over the bodies, independent of the mass matrix, shape (2, 1) [kg m/s]."""
         return ca.sum2(ca.reshape((self.inertia * self._rates)[: self._places.numel()], 2, -1))
 
-    @functools.cached_property
+    @cached_property
     def angular_momentum(self) -> ca.SX:
         """Angular momentum about the origin of the frame [kg m^2/s], positive for increasing angle (clockwise)."""
         count, momenta = len(self._bodies), self.inertia * self._rates
@@ -174,32 +174,32 @@ class Mechanics:
         x, y = self._places[2 * number], self._places[2 * number + 1]
         return y * momenta[2 * number] - x * momenta[2 * number + 1]
 
-    @functools.cached_property
+    @cached_property
     def total_mass(self) -> ca.SX:
         """Total mass [kg]."""
         return sum((ca.SX(body.mass) for body in self._bodies), ca.SX(0))
 
-    @functools.cached_property
+    @cached_property
     def elastic(self) -> ca.SX:
         """Energy of springs and potentials [J]."""
         return sum((force.energy for force in self._forces if isinstance(force, Spring | Potential)), ca.SX(0))
 
-    @functools.cached_property
+    @cached_property
     def dissipation(self) -> ca.SX:
         """Power dissipated by dampers [W]."""
         return sum((damper.damping * rate**2 for damper, rate in self._dampers), ca.SX(0))
 
-    @functools.cached_property
+    @cached_property
     def _rates(self) -> ca.SX:
         return ca.jtimes(self.entries, self._q, self._v)
 
-    @functools.cached_property
+    @cached_property
     def _dampers(self) -> list[tuple[Damper, ca.SX]]:
         """Dampers and the rates of their coordinates."""
         dampers = (force for force in self._forces if isinstance(force, Damper))
         return [(damper, ca.jtimes(damper.coordinate, self._q, self._v)) for damper in dampers]
 
-    @functools.cached_property
+    @cached_property
     def resistance(self) -> ca.SX:
         """Generalised forces required by springs, potentials and dampers, shape (n_q, 1)."""
         total = ca.SX(*self._q.shape)

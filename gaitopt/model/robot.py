@@ -1,6 +1,5 @@
 """Robots: frozen records of named CasADi Functions, and the symbols of their expressions."""
 
-import functools
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -12,7 +11,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
-from gaitopt.locks import ForkSafeLock
+from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
@@ -164,11 +163,11 @@ class Robot(LazyRecord):
     rims: LazyField[ca.Function] = LazyField()
     force_powers: LazyField[ca.Function] = LazyField()
 
-    @functools.cached_property
+    @cached_property
     def record(self) -> RobotRecord:
         """The robot as plain data, for files and other processes."""
         record = write_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
-        with _LOCK:  # not while fields are read, which take a lock per field
+        with ONE_AT_A_TIME:  # not while fields are read, which take a lock per field
             _RESTORED.setdefault(record.digest, self)
         return record
 
@@ -195,7 +194,7 @@ class Robot(LazyRecord):
         >>> Robot.from_record(compass_biped().record) is compass_biped()
         True
         """
-        with _LOCK:
+        with ONE_AT_A_TIME:
             robot = _RESTORED.get(record.digest)
             if robot is None or contact_model not in (None, robot.contact_model):
                 robot = Robot(**read_fields(record, contact_model))
@@ -210,7 +209,7 @@ class Robot(LazyRecord):
 
     def share(self, record: RobotRecord) -> "Robot":
         """Return the robot itself, which is used from now on for every record with the same physics."""
-        with _LOCK:
+        with ONE_AT_A_TIME:
             _RESTORED[record.digest] = self
         return self
 
@@ -230,12 +229,12 @@ class Robot(LazyRecord):
 
         return formulate_robot(self).latex
 
-    @functools.cached_property
+    @cached_property
     def n_q(self) -> int:
         """Number of coordinates, the stance foot's two included."""
         return count_coordinates(len(self.angles))
 
-    @functools.cached_property
+    @cached_property
     def state_entries(self) -> StateEntries:
         """Entries of the state y = (q, v) by name."""
         return StateEntries(self.n_q)
@@ -245,12 +244,12 @@ class Robot(LazyRecord):
         """Number of actuators."""
         return len(self.actuators)
 
-    @functools.cached_property
+    @cached_property
     def has_springs(self) -> bool:
         """Whether springs or potentials store elastic energy, a part of the potential energy."""
         return self.force_powers.jac_sparsity(0, 0).nnz() > 0
 
-    @functools.cached_property
+    @cached_property
     def has_dampers(self) -> bool:
         """Whether dampers dissipate energy."""
         return self.force_powers.jac_sparsity(1, 1).nnz() > 0
@@ -269,7 +268,7 @@ class Robot(LazyRecord):
         powers = ca.vertcat(u * self.joint_rates(q, v, p), -force[0] * v[0])
         return ca.vertcat(powers, self.force_powers(q, v, p)[1]) if self.has_dampers else powers
 
-    @functools.cached_property
+    @cached_property
     def _places(self) -> dict[str, int]:
         return {parameter.name: i for i, parameter in enumerate(self.parameters)}
 
@@ -325,5 +324,3 @@ class Robot(LazyRecord):
 
 _RESTORED: "weakref.WeakValueDictionary[str, Robot]" = weakref.WeakValueDictionary()
 """Robots of this process by the digest of their record."""
-
-_LOCK = ForkSafeLock()

@@ -1,6 +1,5 @@
 """A robot as plain data: JSON text, with each of its Functions as CasADi serialises it."""
 
-import functools
 import hashlib
 import json
 import math
@@ -11,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from gaitopt.errors import ArchiveError
-from gaitopt.locks import ForkSafeLock
+from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.parameters import Parameter
 
 _LEVEL = 6
@@ -21,7 +20,6 @@ _NUMBERS = ("default", "lower", "upper")
 """Of a parameter."""
 
 _RECORDS: "weakref.WeakValueDictionary[str, RobotRecord]" = weakref.WeakValueDictionary()
-_LOCK = ForkSafeLock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +54,7 @@ class RobotRecord:
         text = json.dumps({"name": name, **content}, allow_nan=False).encode()
         return share_record(RobotRecord(name, text, hashlib.sha256(text).hexdigest(), casadi))
 
-    @functools.cached_property
+    @cached_property
     def compressed(self) -> bytes:
         """The text as a zlib stream."""
         return zlib.compress(self.text, _LEVEL)
@@ -90,7 +88,7 @@ def share_record(record: RobotRecord) -> RobotRecord:
     """Return the intact record of the same digest that is in use, or else this one: many gaits share one record."""
     if not record.is_intact():
         return record
-    with _LOCK:
+    with ONE_AT_A_TIME:
         return _RECORDS.setdefault(record.digest, record)
 
 

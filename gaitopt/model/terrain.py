@@ -1,7 +1,6 @@
 """Terrain: steps, ramps and patches of other friction as functions of the place along the ground."""
 
 import bisect
-import functools
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.locks import cached_property
 
 TERRAIN = "terrain"
 """Name of the terrain among parameters."""
@@ -103,7 +103,7 @@ class Terrain:
             if not math.isfinite(rise):
                 raise InputError(f"The rise of a ramp must be finite, got {rise!r}.")
 
-    @functools.cached_property
+    @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """The parts of the terrain in their order along the ground."""
         changes = {place for place, _ in self.steps}

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
@@ -70,6 +71,7 @@ class TouchdownState:
     v_plus: Array
 
 
+@one_at_a_time
 def make_segment(robot: Robot, p: Array, samples: SegmentSamples) -> Segment:
     """Return a segment with the forces, powers, energies and drawn points of its samples.
 

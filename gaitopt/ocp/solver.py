@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, overload
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
@@ -65,6 +66,7 @@ def solve(
 
 
 @check_arguments
+@one_at_a_time
 def solve(
     problem: "GaitProblem | PlanarProblem",
     *,

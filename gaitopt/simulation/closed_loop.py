@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.control.signature import torque_in_state
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event, law_switch
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
@@ -111,6 +112,7 @@ class ModeEquations:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquations:
     """Return the equations of a robot in a contact mode under a law's Function; they are composed once and cached."""
     n, latched = robot.n_q, control.size1_in(3)
@@ -149,6 +151,7 @@ def mode_equations(robot: Robot, mode: Mode, control: ca.Function) -> ModeEquati
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def torque_of(control: ca.Function, mode: Mode) -> ca.Function:
     """Return (clock, y, data) -> torque of a law in a contact mode."""
     torque, clock, y, data = torque_in_state(control, mode.sign)

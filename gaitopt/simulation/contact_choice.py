@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -84,6 +85,7 @@ class ContactChoice:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _sticking_force(robot: Robot, control: ca.Function) -> ca.Function:
     """Return (clock, y, p, data) -> sticking force of the foot under a law."""
     torque, n, p = torque_of(control, Mode.STICK), robot.n_q, ca.SX.sym("p", len(robot.parameters))

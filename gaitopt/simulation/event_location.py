@@ -9,6 +9,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
@@ -143,6 +144,7 @@ def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _guard_rates(equations: ModeEquations) -> ca.Function:
     """Return (t, y, p, data) -> rates of the guards of a mode along its flow."""
     t, y, p, data = equations.flow.sx_in()

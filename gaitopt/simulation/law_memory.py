@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 
@@ -95,6 +96,7 @@ class LawMemory:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _guards(control: ca.Function) -> ca.Function:
     """Return (clock, y, data) -> guards of a law's events."""
     n = control.size1_in(1)
@@ -105,6 +107,7 @@ def _guards(control: ca.Function) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _latch_slope(latch: ca.Function) -> ca.Function:
     """Return (q, v, data) -> d latched / d (q, v), shape (n_l, 2 n_q)."""
     q, v, data = latch.sx_in()
@@ -112,6 +115,7 @@ def _latch_slope(latch: ca.Function) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _reset_slopes(reset: ca.Function, event: int) -> ca.Function:
     """Return (clock, y, data) -> d y+ / d y, (n_y, n_y), and d y+ / d clock, (n_y,), of one event."""
     n = reset.size1_in(1)

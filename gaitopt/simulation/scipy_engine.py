@@ -8,6 +8,7 @@ import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.event import SINGULAR
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -142,6 +143,7 @@ class ScipyEngine:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _slope(flow: ca.Function) -> ca.Function:
     """Return (t, y, p, data) -> derivative of a flow by y."""
     t, y, p, data = flow.sx_in()

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.locks import cached_property
 from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -38,7 +39,7 @@ class Section:
     sliding: bool
     foot_speed: float = 0.0
 
-    @functools.cached_property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates; a rate is written with the suffix ``_rate``."""
         angles = self.robot.angles
@@ -46,30 +47,30 @@ class Section:
         rates = (f"{angle}_rate" for angle in angles)
         return (*free, *rates, *(("foot_speed",) if self.sliding else ()))
 
-    @functools.cached_property
+    @cached_property
     def places(self) -> list[int]:
         """Indices of the coordinates in the state y = (q, v), in order."""
         entries = self.robot.state_entries
         return [*self._free, *entries.rates, *([entries.slip_velocity] if self.sliding else [])]
 
-    @functools.cached_property
+    @cached_property
     def dependent_entry(self) -> int:
         """Index of the state that the touchdown condition determines."""
         return angle_entry(dependent_coordinate(self.robot))
 
-    @functools.cached_property
+    @cached_property
     def _free(self) -> list[int]:
         return [entry for entry in self.robot.state_entries.angles if entry != self.dependent_entry]
 
-    @functools.cached_property
+    @cached_property
     def _shape(self) -> tuple[int]:
         return (len(self.names),)
 
-    @functools.cached_property
+    @cached_property
     def _key(self) -> bytes:
         return self.p.tobytes()
 
-    @functools.cached_property
+    @cached_property
     def _basis(self) -> Array:
         basis = np.zeros((2 * self.robot.n_q, len(self.places)))
         basis[self.places, range(len(self.places))] = 1.0

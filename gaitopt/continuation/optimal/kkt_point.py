@@ -8,7 +8,6 @@ parameter s:
 Unknowns at an active bound move with it.  Constraints are counted in one vector, the unknowns first, then the rows.
 """
 
-import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ import scipy  # which imports its parts when they are used
 from numpy.typing import NDArray
 
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.optimality_system import SOFT, DataSlopes, OptimalityFactors, OptimalityValues
 from gaitopt.ocp.problem import GaitProblem
@@ -46,17 +46,17 @@ class ActiveSet:
     equal: NDArray[np.bool_]
     size: int
 
-    @functools.cached_property
+    @cached_property
     def free(self) -> NDArray[np.intp]:
         """Indices of the unknowns at no bound."""
         return np.flatnonzero(self.sides[: self.size] == 0)
 
-    @functools.cached_property
+    @cached_property
     def fixed(self) -> NDArray[np.bool_]:
         """Whether each unknown is at an active bound."""
         return np.asarray(self.sides[: self.size] != 0)
 
-    @functools.cached_property
+    @cached_property
     def rows(self) -> NDArray[np.intp]:
         """Indices of the active rows, counted from the first row."""
         return np.flatnonzero(self.sides[self.size :])
@@ -109,7 +109,7 @@ class KktLinearisation:
         self.point, self.data = KktPoint(x, multipliers, point.value), nlp.data.at(point.value)
         self.values: OptimalityValues = nlp.system.evaluate(x, multipliers, self.data)
 
-    @functools.cached_property
+    @cached_property
     def problem(self) -> GaitProblem:
         """The gait problem at this value of the parameter."""
         return self.nlp.problem_at(self.point.value)
@@ -120,7 +120,7 @@ class KktLinearisation:
         active, values, n = self.active, self.values, self.nlp.size
         return np.concatenate([values.slope[active.free], (values.g - self.bound[n:])[active.rows]])
 
-    @functools.cached_property
+    @cached_property
     def derivatives(self) -> tuple["csc_matrix", "csc_matrix"]:
         """Jacobian of the rows and Hessian of the scaled Lagrangian."""
         return self.nlp.system.differentiate(self.point.x, self.point.multipliers, self.data)
@@ -135,14 +135,14 @@ class KktLinearisation:
         """Hessian of the scaled Lagrangian."""
         return self.derivatives[1]
 
-    @functools.cached_property
+    @cached_property
     def slopes(self) -> DataSlopes:
         """Derivatives by the parameter through the data alone."""
         return self.nlp.system.differentiate_by_data(
             self.point.x, self.point.multipliers, self.data, self.nlp.data.slope
         )
 
-    @functools.cached_property
+    @cached_property
     def by_value(self) -> tuple[Array, Array]:
         """Derivatives of slope and rows by the parameter, with the fixed unknowns moving with their bounds."""
         moves = np.where(self.active.fixed, self.bound_slope[: self.nlp.size], 0.0)
@@ -151,7 +151,7 @@ class KktLinearisation:
             slope, g = slope + self.hessian @ moves, g + self.jacobian @ moves
         return slope, g
 
-    @functools.cached_property
+    @cached_property
     def matrix(self) -> "csc_matrix":
         """Derivative of the residuals by the free unknowns and the multipliers of the active rows."""
         active, sparse = self.active, scipy.sparse
@@ -159,19 +159,19 @@ class KktLinearisation:
         hessian = self.hessian[:, active.free][active.free]
         return sparse.bmat([[hessian, rows.T], [rows, -SOFT * sparse.identity(active.rows.size)]], format="csc")
 
-    @functools.cached_property
+    @cached_property
     def column(self) -> Array:
         """Derivative of the residuals by the parameter."""
         slope, g = self.by_value
         return np.concatenate([slope[self.active.free], (g - self.bound_slope[self.nlp.size :])[self.active.rows]])
 
-    @functools.cached_property
+    @cached_property
     def factors(self) -> OptimalityFactors:
         """Factors of the matrix."""
         rows = self.active.sides[self.nlp.size :] != 0
         return self.nlp.system.factorise(self.point.x, self.point.multipliers, self.data, rows, self.active.fixed)
 
-    @functools.cached_property
+    @cached_property
     def negative(self) -> int:
         """Number of negative eigenvalues of the reduced Hessian."""
         return self.factors.negative
@@ -184,12 +184,12 @@ class KktLinearisation:
         solution = self.factors.solve(full)
         return np.concatenate([solution[active.free], solution[n + active.rows]])
 
-    @functools.cached_property
+    @cached_property
     def by_parameter(self) -> Array:
         """Derivative of the packed vector by the parameter along the curve; large near a turning point."""
         return -self.solve(self.column)
 
-    @functools.cached_property
+    @cached_property
     def dependent(self) -> int:
         """Number of active rows whose gradients depend on those of the others; 0 if LICQ is satisfied."""
         sparse, sizes = scipy.sparse, self.nlp.sizes[self.active.free]
@@ -201,7 +201,7 @@ class KktLinearisation:
         factors = sparse.linalg.splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
         return int(np.count_nonzero(np.abs(factors.U.diagonal()) < 10 * NEGLIGIBLE))
 
-    @functools.cached_property
+    @cached_property
     def margins(self) -> Array:
         """Slack of each inactive constraint, signed multiplier of each active one; inf without a bound, (n,) array.
 
@@ -223,7 +223,7 @@ class KktLinearisation:
         """Multipliers of the bounds of the unknowns for the scaled objective, (n_variables,) array."""
         return np.where(self.active.fixed, -self.values.slope, 0.0)
 
-    @functools.cached_property
+    @cached_property
     def cost_slope(self) -> float:
         """Derivative of the optimal cost by the parameter, that of the Lagrangian (envelope theorem)."""
         on_bounds, on_rows, n = self.bound_multipliers, self.point.multipliers, self.nlp.size

@@ -6,12 +6,12 @@ State of a sticking phase: (angles, rates).  State of a slip phase, and of one w
 slide, foot speed); slide counts from the start of the phase, or of the step if the mode is open.
 """
 
-import functools
 from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import Condition, ContactQuantities
@@ -97,7 +97,7 @@ class PhaseDynamics:
         residual, force = self._balance(state, acceleration, torque, p)
         return residual, force
 
-    @functools.cached_property
+    @cached_property
     def _balance(self) -> ca.Function:
         """The Function :meth:`balance`, built once for all points of a phase."""
         state, acceleration = ca.SX.sym("state", self.n_x), ca.SX.sym("acceleration", self.n_a)
@@ -157,7 +157,7 @@ class PhaseDynamics:
         rates: ca.SX = self._joint_rates(state, p)
         return rates
 
-    @functools.cached_property
+    @cached_property
     def _joint_rates(self) -> ca.Function:
         """The Function :meth:`joint_rates`, built once for all points of a phase."""
         state, p = ca.SX.sym("state", self.n_x), ca.SX.sym("p", len(self.robot.parameters))
@@ -238,7 +238,7 @@ class PhaseDynamics:
         conditions = [Condition.NORMAL_FORCE] if self.mode.slips else [Condition.FORWARD_CONE, Condition.BACKWARD_CONE]
         return conditions, self._path(force, p, margin)
 
-    @functools.cached_property
+    @cached_property
     def _path(self) -> ca.Function:
         """The Function of the values of :meth:`path`, built once for all points of a phase."""
         force, p, margin = ca.SX.sym("force", 2), ca.SX.sym("p", len(self.robot.parameters)), ca.SX.sym("margin")

@@ -10,6 +10,7 @@ import casadi as ca
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
 from gaitopt.model.forces import Force, Potential
@@ -27,6 +28,7 @@ AnyContact = Contact | JointStop
 
 
 @check_arguments
+@one_at_a_time
 def assemble_planar(
     name: str,
     coordinates: PlanarCoordinates,

@@ -1,6 +1,5 @@
 """Planar robots with any contacts: frozen records of named CasADi Functions of minimal coordinates."""
 
-import functools
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
-from gaitopt.locks import ForkSafeLock
+from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
@@ -108,11 +107,11 @@ class PlanarRobot(LazyRecord):
     def _repr_latex_(self) -> str:
         return formulate_planar_robot(self).latex
 
-    @functools.cached_property
+    @cached_property
     def record(self) -> RobotRecord:
         """The robot as plain data, for files and other processes."""
         record = write_planar_record({entry.name: getattr(self, entry.name) for entry in fields(self)})
-        with _LOCK:
+        with ONE_AT_A_TIME:
             _RESTORED.setdefault(record.digest, self)
         return record
 
@@ -131,7 +130,7 @@ class PlanarRobot(LazyRecord):
         >>> PlanarRobot.from_record(monopod().record) is monopod()
         True
         """
-        with _LOCK:
+        with ONE_AT_A_TIME:
             robot = _RESTORED.get(record.digest)
             if robot is None:
                 robot = PlanarRobot(**read_planar_fields(record))
@@ -142,7 +141,7 @@ class PlanarRobot(LazyRecord):
     def __reduce__(self) -> tuple[Any, ...]:
         return PlanarRobot.from_record, (self.record,)
 
-    @functools.cached_property
+    @cached_property
     def n_q(self) -> int:
         """Number of coordinates."""
         return len(self.coordinates)
@@ -152,12 +151,12 @@ class PlanarRobot(LazyRecord):
         """Number of actuators."""
         return len(self.actuators)
 
-    @functools.cached_property
+    @cached_property
     def contact_names(self) -> tuple[str, ...]:
         """Names of the contacts."""
         return tuple(contact.name for contact in self.contacts)
 
-    @functools.cached_property
+    @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Names of the entries of the state (q, v)."""
         return (*self.coordinates, *(f"{name}_rate" for name in self.coordinates))
@@ -185,5 +184,3 @@ class PlanarRobot(LazyRecord):
 
 _RESTORED: "weakref.WeakValueDictionary[str, PlanarRobot]" = weakref.WeakValueDictionary()
 """Robots of this process by the digest of their record."""
-
-_LOCK = ForkSafeLock()

@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing, StepEnd, assemble
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
@@ -21,6 +22,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def compass_biped() -> Robot:
     """Return the compass biped of Goswami et al. and Gamus & Or.
 

@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
@@ -25,6 +26,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def compass_with_torso() -> PlanarRobot:
     """Return the walker of Grizzle, Abba & Plestan (IEEE Transactions on Automatic Control 46, 2001).
 

@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
@@ -20,6 +21,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def compass_with_two_feet() -> PlanarRobot:
     """Return the compass biped with both feet as contacts, for double support and flight.
 

@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import Body, PointMass, RigidLink
@@ -31,6 +32,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def flat_foot_walker() -> PlanarRobot:
     """Return the walker with flat feet; heel and toe of a foot stick or slip together.
 

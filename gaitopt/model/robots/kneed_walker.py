@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import PointMass
@@ -27,6 +28,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def kneed_walker() -> PlanarRobot:
     """Return the kneed walker with point masses and point feet.
 

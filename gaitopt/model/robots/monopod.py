@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.forces import Spring
@@ -24,6 +25,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def monopod() -> PlanarRobot:
     """Return the planar monopod.
 

@@ -5,6 +5,7 @@ import math
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing, StepEnd, assemble
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import RigidLink
@@ -22,6 +23,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def rimless_wheel() -> Robot:
     """Return the rimless wheel of McGeer, with the parameters of Gamus & Or.
 

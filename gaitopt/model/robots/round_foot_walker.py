@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, PointContact
 from gaitopt.model.mechanics import Body, PointMass, RigidLink
@@ -27,6 +28,7 @@ PARAMETERS = (
 
 
 @functools.cache
+@one_at_a_time
 def round_foot_walker() -> PlanarRobot:
     """Return the passive walker with round feet and straight legs.
 

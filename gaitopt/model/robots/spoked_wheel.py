@@ -6,6 +6,7 @@ import math
 import casadi as ca
 
 from gaitopt.arguments import check_arguments
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
 from gaitopt.model.mechanics import RigidLink
@@ -26,6 +27,7 @@ SPOKES = Parameter("The number of spokes", 10, "1", "", lower=3, upper=360, whol
 
 @check_arguments
 @functools.cache
+@one_at_a_time
 def spoked_wheel(spokes: int = 10) -> PlanarRobot:
     """Return the rimless wheel with every spoke as a contact of one body.
 

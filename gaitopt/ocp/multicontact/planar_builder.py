@@ -1,12 +1,12 @@
 """Structure and tables of the NLP of a planar robot: unknowns at nodes and inner points, and their indices."""
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.phase_system import group_sticking
@@ -116,11 +116,11 @@ class PlanarBuilder:
             self.rows.add(Group.INTEGRAL, [equation(Kind.INTEGRAL)], [STEP])
         return int(self.rows.layout[Group.INTEGRAL][0, 0])
 
-    @functools.cached_property
+    @cached_property
     def _velocities(self) -> list[Index]:
         return _join_columns(self.variables, Unknown.COORDINATE_RATES, self.phases)
 
-    @functools.cached_property
+    @cached_property
     def _torques(self) -> list[Index]:
         return _join_columns(self.variables, Unknown.TORQUE, self.phases)
 

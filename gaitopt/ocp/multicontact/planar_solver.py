@@ -13,6 +13,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
+from gaitopt.locks import cached_property
 from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
@@ -179,14 +180,14 @@ class GridResult:
         """Error between nodes; inf without a solution."""
         return worst(0.0, self.errors)
 
-    @functools.cached_property
+    @cached_property
     def errors(self) -> Array:
         """Error between nodes of each phase; inf without a solution."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return np.full(len(self.transcription.phases), np.inf)
         return errors_between_nodes(self.transcription, self.values, self.outcome.x)
 
-    @functools.cached_property
+    @cached_property
     def early_touchdowns(self) -> dict[int, float]:
         """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):

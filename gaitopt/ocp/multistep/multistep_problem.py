@@ -1,6 +1,5 @@
 """MultiStepProblem: the definition of an optimal gait of several steps that differ."""
 
-import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -8,6 +7,7 @@ from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
+from gaitopt.locks import cached_property
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.model.section_coordinate import dependent_coordinate
@@ -128,14 +128,14 @@ class MultiStepProblem:
         angles = self.robot.angles
         return (*angles, *(f"{angle}_rate" for angle in angles), FOOT_SPEED)
 
-    @functools.cached_property
+    @cached_property
     def ground(self) -> tuple[Foothold, ...]:
         """Footholds on the terrain, including that of the last touchdown; empty on a plane."""
         if self.terrain is None:
             return ()
         return find_footholds(self.terrain, self.steps, self.footholds, self.expected_places)
 
-    @functools.cached_property
+    @cached_property
     def resolved_steps(self) -> tuple[GaitProblem, ...]:
         """The steps with the ground at their footholds."""
         return self.steps if self.terrain is None else resolve_steps(self.steps, self.ground)

@@ -25,11 +25,12 @@ from attrs import evolve, field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.interrupts import stop_on_interrupt
+from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
-from gaitopt.ocp.nlp.ipopt import LARGE, ONE_AT_A_TIME, Ipopt
+from gaitopt.ocp.nlp.ipopt import LARGE, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
 from gaitopt.ocp.nlp.sqp import minimise_from_solution
@@ -206,7 +207,7 @@ class _Inertia:
     def __init__(self, pattern: ca.Sparsity) -> None:
         self._pattern = pattern
 
-    @functools.cached_property
+    @cached_property
     def _factors(self) -> ca.Linsol:
         return ca.Linsol("inertia", "ldl", self._pattern)
 

@@ -18,6 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
@@ -111,22 +112,22 @@ class BlockFunctions:
         """Whether there are intermediates, which are then an input of all Functions except :attr:`definitions`."""
         return self._block.intermediates.numel() > 0
 
-    @functools.cached_property
+    @cached_property
     def definitions(self) -> ca.Function:
         """Function of the inputs of the block and the shared data that returns the intermediates."""
         return ca.Function("definitions", [*self._block.inputs, self._data], [self._block.definitions])
 
-    @functools.cached_property
+    @cached_property
     def constraints(self) -> ca.Function:
         """Function that returns the constraints."""
         return ca.Function("constraints", self._inputs, [self._block.constraints])
 
-    @functools.cached_property
+    @cached_property
     def jacobian(self) -> ca.Function:
         """Function that returns the constraints and the nonzeros of their Jacobian."""
         return ca.Function("jacobian", self._inputs, [self._block.constraints, nonzeros(self._slopes)])
 
-    @functools.cached_property
+    @cached_property
     def cost(self) -> ca.Function:
         """Function that returns cost, penalty and the gradient of their sum."""
         parts = [ca.SX(0) if part is None else part for part in (self._block.cost, self._block.penalty)]
@@ -135,7 +136,7 @@ class BlockFunctions:
             gradient = self._chain.T @ gradient
         return ca.Function("cost", self._inputs, [*parts, ca.densify(gradient)])
 
-    @functools.cached_property
+    @cached_property
     def hessian(self) -> ca.Function:
         """Function that returns the nonzeros of the upper triangle of the Hessian of the Lagrangian.
 
@@ -145,37 +146,37 @@ class BlockFunctions:
         inputs = [*self._inputs, multipliers, weight]
         return ca.Function("hessian", inputs, [nonzeros(self._curvature)])
 
-    @functools.cached_property
+    @cached_property
     def jacobian_entries(self) -> tuple[list[int], list[int]]:
         """Rows and columns of the nonzeros of the Jacobian."""
         return _triplets(self._slopes.sparsity())
 
-    @functools.cached_property
+    @cached_property
     def hessian_entries(self) -> tuple[list[int], list[int]]:
         """Rows and columns of the nonzeros of the upper triangle of the Hessian."""
         return _triplets(self._curvature.sparsity())
 
-    @functools.cached_property
+    @cached_property
     def _all(self) -> ca.SX:
         return stack([self._block.variables, self._block.intermediates])
 
-    @functools.cached_property
+    @cached_property
     def _chain(self) -> ca.SX:
         """Derivatives of variables and intermediates with respect to the variables."""
         block = self._block
         return ca.vertcat(ca.SX.eye(block.variables.numel()), ca.jacobian(block.definitions, block.variables))
 
-    @functools.cached_property
+    @cached_property
     def _slopes(self) -> ca.SX:
         """Jacobian of the constraints, with intermediates."""
         jacobian = _differentiate_rows(self._block.constraints, self._all)
         return jacobian @ self._chain if self.has_intermediates else jacobian
 
-    @functools.cached_property
+    @cached_property
     def _multipliers(self) -> tuple[ca.SX, ca.SX]:
         return ca.SX.sym("m", self._block.constraints.numel()), ca.SX.sym("s")
 
-    @functools.cached_property
+    @cached_property
     def _curvature(self) -> ca.SX:
         """Upper triangle of the Hessian of the Lagrangian, with intermediates."""
         block, (multipliers, weight) = self._block, self._multipliers
@@ -234,7 +235,7 @@ class _Expressions:
         outputs = [block.constraints, block.definitions, *minimised]
         self._function = ca.Function("block", [*block.inputs, data, block.intermediates], outputs)
 
-    @functools.cached_property
+    @cached_property
     def _digest(self) -> str:
         return hashlib.sha256(self._function.serialize().encode()).hexdigest()
 

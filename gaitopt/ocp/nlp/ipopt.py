@@ -16,7 +16,7 @@ from attrs import evolve, field, frozen
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
-from gaitopt.locks import ForkSafeLock
+from gaitopt.locks import ONE_AT_A_TIME
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
@@ -61,9 +61,6 @@ BLAS_BUFFER = 2**27
 
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
-
-ONE_AT_A_TIME = ForkSafeLock()
-"""Lock of all solves: Ipopt with MUMPS is not thread-safe, so parallel solves need processes."""
 
 
 @functools.cache

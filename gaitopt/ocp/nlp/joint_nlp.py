@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
+from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp, make_derivatives
@@ -43,7 +44,7 @@ class JointLayout:
         """Number of shared unknowns."""
         return len(self.shared[0])
 
-    @functools.cached_property
+    @cached_property
     def columns(self) -> tuple[Index, ...]:
         """Indices of the unknowns of each NLP in the joint decision vector."""
         first, columns = self.n_shared + self.worst_case, []
@@ -60,13 +61,13 @@ class JointLayout:
         """Size of the joint decision vector."""
         return self.n_shared + self.worst_case + sum(nlp.n_variables - self.n_shared for nlp in self.nlps)
 
-    @functools.cached_property
+    @cached_property
     def rows(self) -> tuple[Index, ...]:
         """Indices of the constraint rows of each NLP in the joint ones; rows on the largest objective are the last."""
         ends = np.cumsum([0, *(nlp.n_constraints for nlp in self.nlps)])
         return tuple(np.arange(first, last) for first, last in itertools.pairwise(ends))
 
-    @functools.cached_property
+    @cached_property
     def data(self) -> tuple[slice, ...]:
         """Parts of the joint data that are those of each NLP; the weights follow."""
         ends = np.cumsum([0, *(nlp.derivatives["grad_f"].size1_in(1) for nlp in self.nlps)])

@@ -8,7 +8,6 @@ over its instances and scattered into the sparse derivatives of the whole.  The 
 small functions and not on the number of intervals; its evaluation is as fast as that of a fully expanded problem.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
+from gaitopt.locks import cached_property
 from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
@@ -52,7 +52,7 @@ class Nlp:
     smooth: bool = False
     dissect: bool = False
 
-    @functools.cached_property
+    @cached_property
     def values(self) -> ca.Function:
         """Function (x, p) -> minimised value and constraints, without derivatives."""
         x, p, f, g = (self.functions[name] for name in ("x", "p", "f", "g"))

@@ -17,6 +17,7 @@ import scipy  # which imports its parts when they are used
 from numpy.typing import NDArray
 
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.locks import cached_property
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
@@ -115,7 +116,7 @@ class OptimalityFactors:
     def __init__(self, nlp: Nlp, functions: "_SystemFunctions", entries: Array) -> None:
         self._nlp, self._functions, self._entries = nlp, functions, entries
 
-    @functools.cached_property
+    @cached_property
     def negative(self) -> int:
         """Number of negative eigenvalues of the Hessian reduced to the null space of the active constraints.
 

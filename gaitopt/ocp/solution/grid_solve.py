@@ -9,6 +9,7 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.locks import cached_property
 from gaitopt.motion.energy import ledger
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
@@ -96,7 +97,7 @@ class GridSolution:
         """Decision vector with nan and infinity replaced by zero, shape (n_variables,)."""
         return np.nan_to_num(self.outcome.x, nan=0.0, posinf=0.0, neginf=0.0)
 
-    @functools.cached_property
+    @cached_property
     def cost(self) -> float:
         """Objective of the plan, with the sign changes of the joint powers located in it.
 
@@ -113,7 +114,7 @@ class GridSolution:
                 x[variables[Unknown.INTEGRAL]] += rows[self.transcription.constraints[Group.INTEGRAL]]
             return float(nlp.objective(x, data))
 
-    @functools.cached_property
+    @cached_property
     def ramps(self) -> TorqueRamps | None:
         """The torques along the step, from which nodes are placed; None if the solution is not finite."""
         layout, x = self.transcription.variables, self.outcome.x
@@ -131,19 +132,19 @@ class GridSolution:
         """Every parameter by name."""
         return read_parameters(self.transcription, self.problem, self.x)
 
-    @functools.cached_property
+    @cached_property
     def motion(self) -> Motion:
         """The planned step."""
         with defer_interrupt():
             return reconstruct_motion(self.transcription, self.values, self.x)
 
-    @functools.cached_property
+    @cached_property
     def between(self) -> BetweenNodes:
         """Check of the plan between its nodes."""
         with defer_interrupt():
             return check_between_nodes(self.transcription, self.values, self.x)
 
-    @functools.cached_property
+    @cached_property
     def error(self) -> float:
         """Largest of the drift between the nodes, the error after touchdown and the error of the energy balance.
 
@@ -199,7 +200,7 @@ class GridSolution:
         """Return whether the swing foot is too low between the nodes."""
         return lack_of_height(self.transcription, self.problem, self.x) > SCUFF
 
-    @functools.cached_property
+    @cached_property
     def inaccuracies(self) -> tuple[str, ...]:
         """Sentences that state why the plan is not a motion of the robot between the nodes; empty if it is."""
         transcription, problem = self.transcription, self.problem

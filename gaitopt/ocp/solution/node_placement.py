@@ -6,12 +6,12 @@ in the switching function, which is zero at the jump).  Intervals are divided so
 parts of an interval reduce its term by 1 / m^2, so m is proportional to the cubic root of the term.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.nlp.keys import Unknown, table_name
@@ -61,12 +61,12 @@ class TorqueRamps:
         """
         return self.jumps() * self.lengths**2 * self._weights()
 
-    @functools.cached_property
+    @cached_property
     def variation(self) -> float:
         """Sum of the contributions of all ramps to the error of the objective, up to a factor [N m s^2]."""
         return float(self.errors().sum())
 
-    @functools.cached_property
+    @cached_property
     def wide_variation(self) -> float:
         """Sum like `variation`, with the jumps that extend over two intervals, up to another factor [N m s^2].
 

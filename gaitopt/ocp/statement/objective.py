@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
@@ -192,6 +193,7 @@ def is_linear_in_power(objective: Objective, robot: Robot, mode: Mode) -> bool:
     return not ca.depends_on(ca.jacobian(ca.SX(objective.integrand(point)), parts), varying)
 
 
+@one_at_a_time
 def check_objective(objective: Objective, robot: Robot) -> None:
     """Raise InputError unless an objective is complete and its terms are scalars; errors of its methods propagate.
 

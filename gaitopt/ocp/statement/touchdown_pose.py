@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -47,6 +48,7 @@ def _sample_reach(robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float,
 
 
 @functools.lru_cache(maxsize=256)
+@one_at_a_time
 def _sample_distances(
     robot: Robot, p: tuple[float, ...], limits: tuple[tuple[float, float], ...]
 ) -> tuple[Array, Array]:

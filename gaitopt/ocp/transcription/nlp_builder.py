@@ -1,6 +1,5 @@
 """Builder of the NLP: data shared by its blocks, and the local variables of a block."""
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -8,6 +7,7 @@ from typing import Protocol
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block, stack
@@ -75,12 +75,12 @@ class NlpBuilder:
     placed: bool = False
     terrain: SwingTerrain | None = None
 
-    @functools.cached_property
+    @cached_property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
         """Weights and parts of the objective."""
         return self.objective.terms()
 
-    @functools.cached_property
+    @cached_property
     def peaks(self) -> tuple[tuple[int, Objective], ...]:
         """Numbers and parts of the objective that have a peak over the step."""
         return tuple((i, term) for i, (_, term) in enumerate(self.terms) if overrides(term, "peak"))

@@ -1,6 +1,5 @@
 """The objective in the NLP: integrals gathered interval by interval, the boundary of the step, and peaks."""
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
@@ -97,25 +97,25 @@ class InstantFactory:
             values[list(self.builder.powered)] = parts
         return values
 
-    @functools.cached_property
+    @cached_property
     def _parameters(self) -> Mapping[str, ca.SX]:
         return name_parameters(self.builder, self.p)
 
-    @functools.cached_property
+    @cached_property
     def _length(self) -> ca.SX:
         """Length of an interval [s]."""
         return self.local.add_length(self.phase, self._duration, self.nodes.tolist())
 
-    @functools.cached_property
+    @cached_property
     def _duration(self) -> ca.SX:
         """Duration of the phase [s]."""
         return self.local.add_shared(Unknown.DURATION)[self.phase.number]
 
-    @functools.cached_property
+    @cached_property
     def _period(self) -> ca.SX:
         return ca.sum1(self.local.add_shared(Unknown.DURATION))
 
-    @functools.cached_property
+    @cached_property
     def _elapsed(self) -> ca.SX:
         """Time from the start of the step to the node [s]."""
         durations = self.local.add_shared(Unknown.DURATION)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.robot import Robot
@@ -160,7 +161,7 @@ class Transcription:
             return np.zeros(self.sign_changes.size)
         return locate_sign_changes(self.sign_changes, self.variables, self.phases, x, touching=touching)
 
-    @functools.cached_property
+    @cached_property
     def n_nodes(self) -> int:
         """Number of nodes of the step."""
         return self.phases[-1].nodes[-1] + 1

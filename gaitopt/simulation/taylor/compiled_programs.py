@@ -11,6 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
@@ -101,6 +102,7 @@ class VariationalProgram:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def program_with_events(
     robot: Robot, mode: Mode, control: ca.Function, tolerance: float, compact_mode: bool, thread: int
 ) -> Program:
@@ -117,6 +119,7 @@ def program_with_events(
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int) -> Program:
     """Return the integrator of the motion and, as last states, of its energies, without events."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
@@ -127,6 +130,7 @@ def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, toleran
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def program_with_variations(
     robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int
 ) -> VariationalProgram:

@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.locks import one_at_a_time
 
 SAME_NAME = (
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
@@ -17,6 +18,7 @@ SAME_NAME = (
 
 
 @functools.cache
+@one_at_a_time
 def heyoka_module() -> Any:
     """Return heyoka, imported at the first call."""
     try:

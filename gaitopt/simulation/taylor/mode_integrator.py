@@ -15,6 +15,7 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.control.torque_saturation import split_at_limits
+from gaitopt.locks import cached_property, one_at_a_time
 from gaitopt.model.contacts.event import SINGULAR, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
@@ -86,7 +87,7 @@ class ModeIntegrator:
         outcomes = heyoka_module().taylor_outcome
         self._time_limit, self._step_limit = int(outcomes.time_limit), int(outcomes.step_limit)
 
-    @functools.cached_property
+    @cached_property
     def variations(self) -> VariationalProgram:
         """Integrator of the motion and its derivatives, without events."""
         tolerance = max(self._tolerance, DERIVATIVE_TOLERANCE)
@@ -232,6 +233,7 @@ class ModeIntegrator:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def _move_parameters_last(guards: ca.Function) -> ca.Function:
     """Return the guards as a Function of (t, y, data, p), with the constant input last."""
     t, y, p, data = guards.sx_in()
@@ -239,6 +241,7 @@ def _move_parameters_last(guards: ca.Function) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=128)
+@one_at_a_time
 def mode_integrator(
     robot: Robot, law: Law, mode: Mode, p: bytes, tolerance: float, compact_mode: bool, thread: int
 ) -> ModeIntegrator:

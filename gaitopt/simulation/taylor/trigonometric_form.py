@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.robot import Robot
 
@@ -46,6 +47,7 @@ Terms = dict[Harmonic, ca.SX]
 
 
 @functools.lru_cache(maxsize=32)
+@one_at_a_time
 def to_trigonometric_form(robot: Robot) -> Robot:
     """Return a robot with fewer products in `acceleration` and `wellposed`, or the same if no harmonics fit.
 
