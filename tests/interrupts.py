@@ -16,7 +16,7 @@ import numpy as np
 
 from tests.studies import COMMANDS, disturb, print_faults, run_series, start, stray_files, wait_for_orphans
 
-SEED, WITHIN, ENDING, SLOW = 18, 2.0, 0.5, 60.0
+SEED, WITHIN, ENDING, SLOW = 18, 2.0, 1.0, 60.0
 """Seed, and times [s]: in which a command ends that has a processor, in which a command without anything left to
 interrupt ends by itself, and after which it counts as hanging."""
 
