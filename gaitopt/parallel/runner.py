@@ -94,8 +94,8 @@ def run_tasks(
     [100.0, 1000.0]
     """
     execution = execution or Execution()
-    queue = TaskQueue(tasks, known or {})
     workers, prepare = execution.workers, execution.prepare
+    queue = TaskQueue(tasks, known or {}, longest_first=workers > 1)
     if execution.executor is None and (workers == 1 or len(queue) <= 1):
         yield from _run_here(work, shared, queue, meanwhile)
         return
