@@ -24,7 +24,7 @@ from tests.hostile import CELL, CLOSING, ESCAPE, LATEX, MARKUP, PATH, SCRIPT, C
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "docs/examples/compass_slip.h5"
-SECONDS = 300.0
+SECONDS = 600.0
 """Time for all commands on a file, after which they count as hanging [s]."""
 
 SEGMENT, JUMP = "motion/segments/0000", "motion/jumps/0000"
@@ -34,7 +34,7 @@ COMMANDS = (
 show FILE|show FILE --json|doctor FILE|doctor FILE --json|verify FILE|verify FILE --json|plot FILE -o figure.png
 animate FILE -o film.gif --steps 1 --slow 0.2|report FILE -o page.html|compare FILE -o figure.svg
 export FILE -o motion.csv|export FILE -o torques.json|export FILE -o code.c --law joint_pd|export FILE -o code.py
-stability FILE --json|simulate FILE|push FILE --json --points 1|tune FILE --law joint_pd --json
+stability FILE --json|simulate FILE|push FILE --json --points 1|tune FILE --law joint_pd --starts 1 --json
 basin FILE --over th1=0.1,0.2 --json|trace FILE --over slope=0.01:0.011|sweep FILE --over friction=0.2 -o out.nc
 """.strip()
     .replace("\n", "|")
