@@ -59,7 +59,7 @@ nodes. A minimum cut of the graph of the system shows why: the unknowns and mult
 step from the other number 135 at 21 links on both grids, about three per link at each of two instants, whereas those
 that separate the lower halves of both legs from the rest number 171 on 4 intervals and 467 on 12. Cuts between links
 are smaller only above about 27 and 70 links, respectively. The number of operations with nested dissection by METIS
-differs by at most 20 % from that in the table on 12 intervals.
+differs by at most 30 % from that in the table on 12 intervals.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
 and processes larger ones at a higher rate. From 5 to 21 links, measured once on a machine with other load, the time of
