@@ -148,7 +148,7 @@ class PlanarFamily:
         return {} if clearance is None else {"scuffing": clearance}
 
     def apex_energy(self, z: Array, value: float, sample: MapSample) -> None:
-        """Return None: planar robots have no condition for a fall."""
+        """Return None: these robots fall when a contact that marks a fall closes, not at an equilibrium."""
 
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return the point of the section at the start of each period, shape (steps, n)."""
