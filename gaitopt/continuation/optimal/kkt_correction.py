@@ -36,7 +36,7 @@ LARGEST_STEP = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
+class CurveCondition:
     """The equation that selects a point of a curve.
 
     Attributes
@@ -50,17 +50,17 @@ class Condition:
     slopes: Callable[[KktLinearisation], tuple[Array, float]]
 
 
-def at_value(value: float) -> Condition:
+def at_value(value: float) -> CurveCondition:
     """Return the condition that the parameter has a value."""
-    return Condition(
+    return CurveCondition(
         residual=lambda linear: linear.point.value - value,
         slopes=lambda linear: (np.zeros(linear.active.count), 1.0),
     )
 
 
-def at_zero_margin(index: int) -> Condition:
+def at_zero_margin(index: int) -> CurveCondition:
     """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
-    return Condition(
+    return CurveCondition(
         residual=lambda linear: float(linear.margins[index]),
         slopes=lambda linear: linear.differentiate_margin(index),
     )
@@ -79,7 +79,7 @@ class Metric:
         return weights, self.nlp.width**-2.0
 
 
-def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
+def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> CurveCondition:
     """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
 
     def weigh_tangent(linear: KktLinearisation) -> tuple[Array, float]:
@@ -91,14 +91,14 @@ def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoin
         distance = linear.pack(linear.point.x - predicted.x, linear.point.multipliers - predicted.multipliers)
         return float(row @ distance + last * (linear.point.value - predicted.value))
 
-    return Condition(residual=residual, slopes=weigh_tangent)
+    return CurveCondition(residual=residual, slopes=weigh_tangent)
 
 
 def correct(
     nlp: ParametricNlp,
     start: KktPoint,
     active: ActiveSet,
-    condition: Condition,
+    condition: CurveCondition,
     factorised: KktLinearisation | None = None,
 ) -> KktLinearisation | None:
     """Return the point of the curve of an active set that satisfies a condition; None if Newton's method fails.
@@ -110,7 +110,7 @@ def correct(
     nlp : ParametricNlp
     start : KktPoint
     active : ActiveSet
-    condition : Condition
+    condition : CurveCondition
     factorised : KktLinearisation, optional
         A nearby point of the same active set, whose matrix is used first.
     """
