@@ -75,7 +75,7 @@ def find_warm_start(problem: PlanarProblem) -> PlanarWarmStart | None:
     if solution is None:
         return None
     for number, method in enumerate(list_refinements(problem)):
-        if method.name == described["transcription"] and method.intervals == tuple(solution.intervals):
+        if method.name == described.get("transcription") and method.intervals == tuple(solution.intervals):
             return PlanarWarmStart(solution, number)
     return None
 
@@ -84,7 +84,7 @@ def _is_near(problem: PlanarProblem, gait: PlanarGait) -> bool:
     """Return whether a gait solves a problem with the same objective and with parameters and targets nearby."""
     if not gait.status.ok or str(gait.sequence) != str(problem.sequence):
         return False
-    if gait.problem["objective"] != problem.objective.name:
+    if gait.problem.get("objective") != problem.objective.name:
         return False
     known = gait.motion.parameters
     fixed = {name: value for name, value in problem.values.items() if name not in problem.free}
