@@ -122,7 +122,7 @@ def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monk
         gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in transcription.constraints.entries)
         return {next(row for row, is_gap in enumerate(gap) if is_gap): -1.0}
 
-    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_solver.find_early_touchdowns", find_row)
+    monkeypatch.setattr("gaitopt.ocp.multicontact.grid_result.find_early_touchdowns", find_row)
     gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
     assert gait.status is Status.PLAN_INACCURATE
     (warning,) = gait.solver.warnings
