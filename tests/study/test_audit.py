@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import ArchiveError, InputError, verify
+from gaitopt import ArchiveError, GaitoptError, InputError, verify
 from gaitopt.cli.audit_command import summarise_audit
 from gaitopt.cli.audit_problems import DRAWS, audit_number, draw_settings
 from gaitopt.cli.script import call_script
@@ -15,6 +15,7 @@ from gaitopt.study.audit import audited_problem
 from gaitopt.study.audit.audit_file import AuditFile
 from gaitopt.study.audit.audited_problem import FALSE_PASS, REFUSED, VERIFIED, audit_problem, describe_disagreement
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
+from gaitopt.study.audit.piecewise_integration import SmoothPiece, integrate_piece
 from gaitopt.study.audit.second_planar_replay import replay_planar_again
 from gaitopt.study.audit.second_replay import replay_again
 
@@ -84,6 +85,33 @@ def test_a_flat_foot_has_one_tangential_force():
 def test_a_foot_that_rises_for_an_instant_and_one_without_impulse_are_replayed(number):
     """The foot of problem 391 is above the ground for some milliseconds; in problem 113 an impulse is zero."""
     assert audit_number((18, None), number)["result"] == VERIFIED
+
+
+@pytest.mark.parametrize(("depth", "name"), [(1e-8, "ground"), (-1e-8, "later")])
+def test_a_guard_that_is_negative_for_a_part_of_an_integrator_step_is_located(depth, name):
+    """The height (t - 1)^2 - depth, which the integrator passes in one step."""
+    piece = SmoothPiece(
+        lambda t, y, middle: np.array([y[1], 2.0]),
+        {"ground": lambda t, y, middle: y[0], "later": lambda t, y, middle: 1.5 - t},
+        lambda name, t, y: True,
+        slopes={"ground": lambda t, y, middle: y[1]},
+    )
+    crossing = integrate_piece(piece, np.array([1 - depth, -2.0]), np.array([0.0, 3.0]))
+    assert crossing.name == name
+    assert crossing.time == pytest.approx(1 - depth**0.5 if name == "ground" else 1.5, abs=1e-9)
+
+
+def test_an_integration_that_fails_after_an_event_returns_the_event():
+    """The solution 1 / (1 - t) of y' = y^2 becomes infinite."""
+
+    def grow(guards):
+        piece = SmoothPiece(lambda t, y, middle: y**2, guards, lambda name, t, y: True)
+        return integrate_piece(piece, np.array([1.0]), np.array([0.0, 2.0]))
+
+    crossing = grow({"limit": lambda t, y, middle: 4.0 - y[0]})
+    assert (crossing.name, crossing.time) == ("limit", pytest.approx(0.75, abs=1e-9))
+    with pytest.raises(GaitoptError, match="The second integrator stops at"):
+        grow({})
 
 
 def test_no_foot_slides_with_infinite_friction():

@@ -1,7 +1,9 @@
 """Integration of smooth pieces of a motion by SciPy, with location of the first event on the dense output."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -48,12 +50,17 @@ class SmoothPiece:
         (name, t, y) -> whether an event counts.
     checked : tuple of str
         Guards that may be negative at the start of the motion or after a jump of the torques, which is an event, too.
+    slopes : mapping of str to callable
+        Rates (t, y, middle) of some guards.  Between two zeros of its rate a guard is monotonic, so that it is also
+        located where it is negative for a part of a step of the integrator only, as at a touchdown that grazes the
+        ground.
     """
 
     rate: Callable[[float, Array, float], Array]
     guards: Guards
     accepts: Callable[[str, float, Array], bool]
     checked: tuple[str, ...] = ()
+    slopes: Guards = field(default_factory=dict)
 
 
 def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
@@ -87,7 +94,7 @@ def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
     """
     from scipy.integrate import solve_ivp
 
-    names, now = list(piece.guards), float(times[0])
+    names, slopes, now = list(piece.guards), list(piece.slopes), float(times[0])
     for end in map(float, times[1:]):
         middle = (now + end) / 2
         for name in piece.checked:
@@ -98,21 +105,38 @@ def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
             (now, end),
             state,
             "DOP853",
-            events=[_falling(piece.guards[name]) for name in names],
+            events=[_falling(piece.guards[name]) for name in names] + [piece.slopes[name] for name in slopes],
             args=(middle,),
             dense_output=True,
             rtol=RELATIVE,
             atol=ABSOLUTE,
         )
-        if run.status < 0:
-            raise GaitoptError(f"The second integrator stops at {run.t[-1]:.6g} s: {run.message}")
-        crossings = sorted((time, name) for name, at in zip(names, run.t_events, strict=True) for time in at)
-        for time, name in crossings:
+        crossings = [(time, name) for name, at in zip(names, run.t_events, strict=False) for time in at]
+        for name, turns in zip(slopes, run.t_events[len(names) :], strict=True):
+            crossings += [(time, name) for time in _locate_falls(piece.guards[name], run, turns, middle)]
+        for time, name in sorted(crossings):
             at = np.asarray(run.sol(time), dtype=float)
             if piece.accepts(name, float(time), at):
                 return Crossing(name, float(time), at)
+        if run.status < 0:
+            raise GaitoptError(f"The second integrator stops at {run.t[-1]:.6g} s: {run.message}")
         now, state = end, np.asarray(run.y[:, -1], dtype=float)
     return Crossing(None, now, state)
+
+
+def _locate_falls(guard: Callable[[float, Array, float], float], run: Any, turns: Array, middle: float) -> list[float]:
+    """Return the times at which a guard falls through zero in a run of the integrator, from those of its extrema."""
+    from scipy.optimize import brentq
+
+    def value(time: float) -> float:
+        return guard(time, run.sol(time), middle)
+
+    stretches = pairwise([float(run.t[0]), *map(float, turns), float(run.t[-1])])
+    return [
+        float(brentq(value, begin, end, xtol=1e-15, rtol=8.9e-16))
+        for begin, end in stretches
+        if value(begin) > 0 > value(end)
+    ]
 
 
 def _falling(guard: Callable[[float, Array, float], float]) -> Callable[[float, Array, float], float]:

@@ -37,10 +37,6 @@ INSTANT = 1e-9
 START = 1e-6
 """Time after the start of a step during which the feet do not touch down [s]."""
 
-SUMMIT = "summit"
-"""Event at the greatest height of the swing foot above the ground.  The integrator is restarted there, because it does
-not detect the touchdown of a foot that rises above the ground and returns within one of its steps."""
-
 
 @dataclass(frozen=True, eq=False)
 class SecondReplay:
@@ -102,7 +98,6 @@ class _Step:
         self._dynamics = DenseCall(robot.dynamics, p)
         self.sliding = motion.parameters["friction"]
         self.static = self.sliding * motion.parameters.get("static_friction_ratio", 1.0)
-        self._summit = 0.0
         self._begin = float(motion.segments[0].time[0])
         time = np.concatenate([segment.time for segment in motion.segments]) - self._begin
         self._torques = TorqueTable(time, np.concatenate([segment.torque for segment in motion.segments], axis=1))
@@ -115,9 +110,6 @@ class _Step:
         while len(phases) < MOST_PHASES:
             phases.append(NAMES[slide])
             end = self._flow(slide, now, state)
-            while end.name == SUMMIT:
-                self._summit = end.time
-                end = self._flow(slide, end.time, end.state)
             now, state = end.time, end.state
             if end.name == "touchdown":
                 return self._land(phases, end)
@@ -151,13 +143,12 @@ class _Step:
             self._guards(slide),
             self._accepts,
             ("lift-off",) if slide else ("forward", "backward", "lift-off"),
+            {"touchdown": lambda t, y, middle: self._touchdown(y)[1]},
         )
         last = LATE * float(self._torques.time[-1])
         return integrate_piece(piece, state, np.array([now, *self._torques.corners(now, last), last]))
 
     def _accepts(self, name: str, time: float, state: Array) -> bool:
-        if name == SUMMIT:
-            return time > self._summit + START and self._touchdown(state)[0] > 0
         if name != "touchdown":
             return True
         return time > START and float(self._touchdown(state)[2]) > 0
@@ -175,7 +166,6 @@ class _Step:
 
         guards: dict[str, Any] = {
             "touchdown": lambda t, y, middle: self._touchdown(y)[0],
-            SUMMIT: lambda t, y, middle: self._touchdown(y)[1],
             "lift-off": lambda t, y, middle: self._force(slide, t, y, middle)[1][1],
         }
         if slide:
