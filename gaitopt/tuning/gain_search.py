@@ -106,9 +106,9 @@ class GainSearch:
         grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
         self._grounds = [make_ground_map(gait, ground, engine) for ground in grounds]
 
-    def search(self, search: GainSearchOptions, interrupt: InterruptRecord) -> Trial:
+    def search(self, search: GainSearchOptions, interrupt: InterruptRecord | None = None) -> Trial:
         """Minimise the objective and return the best trial; once a Ctrl-C is recorded, the best one so far."""
-        self._limit, self._interrupt = search.evaluations_in_total, interrupt
+        self._limit, self._interrupt = search.evaluations_in_total, interrupt or self._interrupt
         try:
             self._minimise(search)
         except _SearchStopped:
