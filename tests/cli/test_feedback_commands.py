@@ -139,7 +139,7 @@ def test_a_faster_engine_is_recommended_before_a_search(capsys, monkeypatch, adv
 
 
 def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
-    """A weak ankle says nothing about the hip, whose plan must not be cut off."""
+    """A weak ankle does not limit the hip, whose plan must not be cut off."""
     limits = {"ankle": 0.5, "hip": 6.0}
     gait = load(GAIT)
     file = save(dataclasses.replace(gait, problem={**gait.problem, "torque_limit": limits}), tmp_path / "gait.h5")
