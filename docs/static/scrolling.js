@@ -1,9 +1,9 @@
-// A table that is wider than the page scrolls; the keyboard must reach it.
-function makeTablesFocusable() {
-  for (const table of document.querySelectorAll("table.table")) {
-    if (table.scrollWidth > table.clientWidth) table.tabIndex = 0;
-    else table.removeAttribute("tabindex");
+// A table or an equation that is wider than the page scrolls; the keyboard must reach it.
+function makeScrollingFocusable() {
+  for (const wide of document.querySelectorAll("table.table, .equation")) {
+    if (wide.scrollWidth > wide.clientWidth) wide.tabIndex = 0;
+    else wide.removeAttribute("tabindex");
   }
 }
-addEventListener("load", makeTablesFocusable);
-addEventListener("resize", makeTablesFocusable);
+addEventListener("load", makeScrollingFocusable);
+addEventListener("resize", makeScrollingFocusable);
