@@ -64,7 +64,7 @@ def tune(
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
     starts: PushStarts = 200,
-    samples: Annotated[int, typer.Option(min=0, help="Number of random gains that are evaluated first.")] = 8,
+    samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Annotated[
         int, typer.Option(min=1, help="Maximum number of evaluations of each of two simplex searches that follow.")
     ] = 60,

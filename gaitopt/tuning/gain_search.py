@@ -36,7 +36,7 @@ class GainSearchOptions:
     Attributes
     ----------
     samples : int
-        Number of random gains evaluated first, in addition to the start of the family.
+        Number of random sets of gains evaluated first, in addition to the start of the family.
     starts : int
         Number of the best of these that start the simplex method.
     evaluations : int
