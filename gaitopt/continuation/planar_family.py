@@ -147,6 +147,9 @@ class PlanarFamily:
         clearance = lowest_clearance(automaton, sample.passage)
         return {} if clearance is None else {"scuffing": clearance}
 
+    def apex_energy(self, z: Array, value: float, sample: MapSample) -> None:
+        """Return None: these robots fall when a contact that marks a fall closes, not at an equilibrium."""
+
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return the point of the section at the start of each period, shape (steps, n)."""
         chart = self._at(value)[1]

@@ -71,6 +71,9 @@ class ExampleFamily:
     def measures(self, z, value, sample):
         return {}
 
+    def apex_energy(self, z, value, sample):
+        return None
+
     def orbit(self, z, value, sample):
         return np.array(sample.passage[:-1])
 
