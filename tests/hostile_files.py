@@ -250,7 +250,7 @@ def open_reports(pages):
 
 
 def run_file(label, folder):
-    """Write a hostile file, and run all commands on it in a process of its own; return the faults."""
+    """Write a hostile file, and run all commands on it in a separate process; return the faults."""
     shutil.copy(SOURCE, folder / "hostile.h5")
     with edit_hdf5(folder / "hostile.h5") as file:
         FILES[label](file)

@@ -59,7 +59,7 @@ def interrupt_once(words, folder, after):
     if strays := [name for name in stray_files(folder) if not name.endswith(kept)]:
         faults.append(f"stray files {strays}")
     if process.returncode != 128 + signal.SIGINT and seconds > ENDING:
-        faults.append(f"went on for {seconds:.1f} s to status {process.returncode} after an interrupt at {after:.2f} s")
+        faults.append(f"ran for {seconds:.1f} s to status {process.returncode} after an interrupt at {after:.2f} s")
     elif seconds > WITHIN:
         faults.append(f"ended {seconds:.1f} s after an interrupt at {after:.2f} s")
     return (seconds, wall), faults

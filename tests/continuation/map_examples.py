@@ -14,7 +14,7 @@ class ExampleFamily:
     """A map given by a formula; its derivative by differences within a piece."""
 
     function: Any
-    """(z, value) -> next z; pieces are told apart by `piece`."""
+    """(z, value) -> next z; pieces are distinguished by `piece`."""
     size: int
     steps: int = 1
     piece: Any = None

@@ -67,7 +67,7 @@ def test_an_interrupt_of_the_search_for_conflicts_is_reported(refused):
 
 
 def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch):
-    """If a finer grid has no solution, the plan keeps its error between nodes, and its status says so."""
+    """If a finer grid has no solution, the plan keeps its error between nodes, and its status states this."""
 
     def solve_coarse_grid_only(start, problem, *arguments, is_near=False, **options):
         result = solve_grid(start, problem, *arguments, is_near=is_near, **options)
