@@ -13,13 +13,15 @@ project = "gaitopt"
 author = "The gaitopt developers"
 release = version = gaitopt.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "mathml"]
 exclude_patterns = ["jupyter_execute", "examples", "images", "gallery.json", "*_head.md"]
 # ref.python: if classes share the name of an attribute, a docstring that lists it has two targets.
 suppress_warnings = ["mystnb.unknown_mime_type", "ref.python"]
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
+myst_update_mathjax = False  # equations are MathML, which needs no script
+html_math_renderer = "mathml"
 nb_execution_mode = "force"  # execute every cell of every page, so that no output is out of date
 nb_execution_raise_on_error = True
 nb_execution_timeout = 180
@@ -35,7 +37,7 @@ html_title = f"gaitopt {release}"
 html_show_sourcelink = False
 html_static_path = ["static"]
 html_css_files = ["site.css"]
-html_js_files = ["tables.js"]
+html_js_files = ["scrolling.js"]
 html_theme_options = {
     "navigation_with_keys": True,
     "show_toc_level": 2,

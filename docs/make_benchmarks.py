@@ -53,12 +53,29 @@ CHAINS = """## Many links
 A walker with a torso and two legs of equal links (absolute angles, one foot on the ground, `PlanarProblem` with lifted
 equations): time per iteration from the initial guess to the optimum, minimum of all rounds, and nonzeros of the
 Hessian, the Jacobian and the diagonal in the linear system of an iteration, over the number of links. The nonzeros
-grow linearly. On a coarse grid, the time also grows linearly. On 12 intervals, the number of entries of the factors
-grows with the exponent 1.24 from 5 to 21 links and 1.16 from 21 to 41 links, and the number of operations grows
-faster: the unknowns form a grid over time and links, for which nested dissection of N unknowns yields factors with
-O(N log N) entries in O(N^1.5) operations. Minimum fill and other orderings take up to 20 % more time at 17 links. The
-evaluation of the functions takes 4 % of the time at 21 links, with exponents of at most 0.75. An iteration takes 2.4
-factorisations at 5 links and 2.9 at 41 links, since the Hessian is not positive definite.
+grow linearly. The number of operations of one factorisation (L D Lᵀ with a minimum-degree ordering, counted from the
+pattern) grows faster than quadratically on both grids, because dense blocks contain unknowns of all links at a few
+nodes. A minimum cut of the graph of the system shows why: the unknowns and multipliers that separate one half of the
+step from the other number 135 at 21 links on both grids, about three per link at each of two instants, whereas those
+that separate the lower halves of both legs from the rest number 171 on 4 intervals and 467 on 12. Cuts between links
+are smaller only above about 27 and 70 links, respectively. The number of operations with nested dissection by METIS
+differs by at most 30 % from that in the table on 12 intervals.
+
+The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
+and processes larger ones at a higher rate. From 5 to 21 links, measured once on a machine with other load, the time of
+one factorisation grows with the exponent 1.21 on 4 intervals and 1.47 on 12, that of one solution with the factors with
+0.94 and 1.31, and that of the remaining parts of an iteration with at most 0.8. The evaluation of the functions takes
+4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations at 5, 9 and 13 links and 2.4 at 21,
+since the Hessian is not positive definite; with a single one, the exponent from 5 to 21 links would still be 1.35.
+Minimum fill and other orderings take up to 20 % more time at 17 links.
+
+Settings of Ipopt with fewer factorisations per iteration take more iterations. On 4 intervals with 5, 7, 9 and 13
+links, Ipopt takes 23, 27, 30 and 45 iterations with 1.9 to 2.1 factorisations each. With a test of the curvature along
+the step instead of the inertia (`neg_curv_test_tol` of 1e-11), it takes 40, 89, 58 and 120 iterations with 1.3 to 1.4
+factorisations, and converges to other local optima: the cost at 5 links is 60.9 instead of 34.1. With this test, the
+problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 203 instead of 169 and
+`compass_double_support` 21 instead of 28. If perturbations of the Hessian decrease more slowly (`perturb_dec_fact` of
+0.7), the chains take 27, 52, 51 and 112 iterations with 1.9 to 2.0 factorisations.
 """
 
 FIVE_LINKS = """The walker with five links of RABBIT's size that slips at touchdown (friction 0.2, 0.7 m/s, step length
@@ -150,6 +167,7 @@ def growth(results):
 def chains(results):
     """Return the section on walkers with many links and on the five-link walker."""
     tables, beside_opti = select(results, "chain of links, "), select(results, "five links beside Opti, ")
+    operations = select(results, "operations of a chain, ")
     if not tables or not beside_opti:
         return ""
     links = [str(count) for count in next(iter(tables.values()))["links"]]
@@ -159,6 +177,11 @@ def chains(results):
         lines.append(row([f"{intervals}, time [ms]", *times, f"{numbers['exponents']['time']:.2f}"]))
         counts = [str(count) for count in numbers["nonzeros"]]
         lines.append(row([f"{intervals}, nonzeros", *counts, f"{numbers['exponents']['nonzeros']:.2f}"]))
+        if intervals in operations:
+            counted = operations[intervals]
+            millions = [f"{value / 1e6:.2f}" for value in counted["operations"]]
+            growth = f"{counted['exponents']['operations']:.2f}"
+            lines.append(row([f"{intervals}, operations [million]", *millions, growth]))
     heads = ["gaitopt [s]", "Opti [s]", "ratio", "iterations of gaitopt", "iterations of Opti"]
     lines += ["", FIVE_LINKS, row(["grid", *heads]), "|---|" + "---:|" * len(heads)]
     for name, numbers in beside_opti.items():

@@ -219,8 +219,9 @@ def _known_types() -> dict[str, Any]:
 def _fits(value: Any, kind: Any, numbers: bool = False) -> bool:
     """Return whether a value fits an annotation; one that is not understood fits every value."""
     origin = typing.get_origin(kind)
-    if numbers and getattr(kind, "__name__", "") == "SX" and (_is_finite(value) or type(value).__name__ == "DM"):
-        return True
+    if numbers and getattr(kind, "__name__", "") == "SX":
+        # The type first: the conversion of an expression to an array, which fails, takes long.
+        return isinstance(value, kind) or type(value).__name__ == "DM" or _is_finite(value)
     if kind is None or kind is type(None):
         return value is None
     if origin in (typing.Union, types.UnionType):

@@ -4,20 +4,29 @@ Python raises KeyboardInterrupt between any two instructions of the main thread.
 
 - CasADi clears whatever Python raises while its wrapper converts arguments: the call then succeeds, or fails with an
   error of another kind.  Inside a solver the exception ends the solve and the iterate is lost.
-- In callbacks of weak references and in finalisers Python prints the exception and continues.
+- In callbacks of weak references and in finalisers Python prints the exception and continues.  While interrupts are
+  recorded, such an exception is raised again a moment later instead.
 
 The context managers below replace the handler of SIGINT for a block.  They act in the main thread only, where Python
 runs signal handlers, and do nothing elsewhere or if the process ignores SIGINT.
 """
 
+import _thread
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 _Handler = Callable[[int, FrameType | None], Any]
+
+_AGAIN = 0.01
+"""Time after which an interrupt is raised again that was lost in a callback [s]; the callback has ended by then."""
 
 
 class InterruptRecord:
@@ -119,8 +128,42 @@ def record_interrupts() -> Iterator[InterruptRecord]:
 
         return handle
 
-    with _replace_handler(make):
-        yield record
+    with _replace_handler(make) as previous:
+        if previous is None:
+            yield record
+        else:
+            with _return_lost_interrupts():
+                yield record
+
+
+@contextmanager
+def _return_lost_interrupts() -> Iterator[None]:
+    """Raise KeyboardInterrupt again where Python only prints it: in callbacks of weak references and finalisers."""
+    former, timers = sys.unraisablehook, list[threading.Timer]()
+
+    def hook(lost: "UnraisableHookArgs") -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            former(lost)
+            return
+        timers.append(threading.Timer(_AGAIN, _interrupt_main_thread))
+        timers[-1].daemon = True
+        timers[-1].start()
+
+    sys.unraisablehook = hook
+    try:
+        yield
+    finally:
+        sys.unraisablehook = former
+        for timer in timers:
+            timer.cancel()
+
+
+def _interrupt_main_thread() -> None:
+    """Send SIGINT to the main thread, which also ends a system call that it waits for, where the system allows it."""
+    if hasattr(signal, "pthread_kill") and (number := threading.main_thread().ident) is not None:
+        signal.pthread_kill(number, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
 
 
 @contextmanager

@@ -14,7 +14,7 @@ QUIET = ["--no-dashboard"]
 
 @contextmanager
 def scheduler(folder, *, allowed_failures=0):
-    """Yield the address and the process of a scheduler that tries a task again so often when its worker died."""
+    """Yield the address and the process of a scheduler that repeats a task `allowed_failures` times if workers die."""
     file, settings = folder / "scheduler.json", {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
     with _process("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", file, **settings) as process:
         deadline = time.monotonic() + 60
@@ -27,7 +27,7 @@ def scheduler(folder, *, allowed_failures=0):
 
 @contextmanager
 def workers(address, count):
-    """Have workers, started anew when they die."""
+    """Run workers, which are started again if they die."""
     with _process("worker", address, "--nworkers", str(count), "--nthreads", "1"):
         yield
 

@@ -1,6 +1,6 @@
 """Small studies that are disturbed by ``tests.kills``, ``tests.interrupts`` and ``tests.full_disk``.
 
-Each runs as a process of its own in a folder of its own, with a temporary folder of its own.
+Each runs as a separate process in a separate folder, with a separate temporary folder.
 """
 
 import itertools

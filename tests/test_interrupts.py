@@ -2,7 +2,9 @@
 
 import contextlib
 import signal
+import sys
 import threading
+import time
 import weakref
 
 import pytest
@@ -36,6 +38,23 @@ def test_an_interrupt_where_python_would_forget_it_is_answered():
         with pytest.raises(KeyboardInterrupt):
             interrupt.check()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_in_a_callback_is_raised_again():
+    """Python prints an exception in the callback of a weak reference and continues."""
+    former = sys.unraisablehook
+
+    @record_interrupts()
+    def lose_interrupt_and_wait():
+        thing = Thing()
+        reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+        del thing
+        assert reference() is None
+        time.sleep(20)
+
+    with pytest.raises(KeyboardInterrupt):
+        lose_interrupt_and_wait()
+    assert sys.unraisablehook is former
 
 
 def test_the_second_one_is_not_held():

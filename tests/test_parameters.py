@@ -1,4 +1,4 @@
-"""Parameters: what they accept, and what they say about what they do not."""
+"""Parameters: accepted values, and the messages for all others."""
 
 import math
 import pickle
@@ -66,7 +66,7 @@ def test_bounds_are_closed_unless_said_otherwise():
 
 
 @pytest.mark.parametrize(
-    ("parameter", "value", "says"),
+    ("parameter", "value", "message"),
     [
         (MASS, -1, "mass must be greater than 0 [kg], got -1."),
         (SHARE, 1.5, "share must be at least 0 and at most 1, got 1.5."),
@@ -82,10 +82,10 @@ def test_bounds_are_closed_unless_said_otherwise():
         (MASS, 1j, "mass must be a number [kg], got 1j."),
     ],
 )
-def test_a_value_that_cannot_be_is_named_with_unit_and_interval(parameter, value, says):
+def test_a_value_that_cannot_be_is_named_with_unit_and_interval(parameter, value, message):
     with pytest.raises(InputError) as caught:
         parameter.check(value)
-    assert str(caught.value) == says
+    assert str(caught.value) == message
 
 
 def test_a_number_too_large_for_a_float_is_refused_like_any_other():
@@ -106,7 +106,7 @@ def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: SettlingCriterion(steps=0), "SettlingCriterion.steps must be at least 1, got 0"),
         (lambda: SettlingCriterion(steps=2.5), "SettlingCriterion.steps must be a whole number, got 2.5"),
@@ -118,8 +118,8 @@ def test_defaults_fill_in_and_the_order_is_that_of_the_parameters():
         (lambda: GainSearchOptions(seed=-1), "GainSearchOptions.seed must be at least 0"),
     ],
 )
-def test_options_that_cannot_be_are_named_with_their_class(make, says):
-    with pytest.raises(InputError, match=says):
+def test_options_that_cannot_be_are_named_with_their_class(make, message):
+    with pytest.raises(InputError, match=message):
         make()
 
 

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitopt.cli.feedback_output import endurance_facts, print_endurance, print_tuning, print_unstable, tuning_facts
+from gaitopt.cli.feedback_output import (
+    endurance_facts,
+    interrupt_text,
+    print_endurance,
+    print_tuning,
+    print_unstable,
+    tuning_facts,
+)
 from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
 from gaitopt.cli.options import (
     Frictions,
@@ -57,7 +64,7 @@ def tune(
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
     starts: PushStarts = 200,
-    samples: Annotated[int, typer.Option(min=0, help="Number of random gains that are evaluated first.")] = 8,
+    samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Annotated[
         int, typer.Option(min=1, help="Maximum number of evaluations of each of two simplex searches that follow.")
     ] = 60,
@@ -73,7 +80,8 @@ def tune(
     the laws of such a robot are joint_pd, lqr and step_lqr.
 
     Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.  Ctrl-C
-    during the verification ends it, and the gains are printed and written; the exit status is then 130.
+    during the search ends it, and the best gains so far are printed and written without verification; Ctrl-C during the
+    verification ends only that.  The exit status is then 130.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
@@ -101,8 +109,8 @@ def tune(
     if output is not None:
         save_tuning(tuned, output)
     _report_tuning(tuned, output, json=json)
-    if tuned.verified.interrupted:
-        err.print("Interrupted; the gains are not verified completely.")
+    if tuned.search_interrupted or tuned.verified.interrupted:
+        err.print(interrupt_text(tuned), soft_wrap=True)
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if not tuned.stable:
         print_unstable(tuned)

@@ -36,6 +36,7 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
                 "interrupted": tuned.verified.interrupted,
             },
             "evaluations": tuned.evaluations,
+            "search_interrupted": tuned.search_interrupted,
             "seconds": tuned.seconds,
         }
     )
@@ -57,8 +58,11 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
         table.add_row("fixed point", f"{tuned.fixed_point_shift:.1e} from the plan")
-    table.add_row("verified", _verification_text(tuned.verified))
-    table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s")
+    table.add_row(
+        "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
+    )
+    ended = "; interrupted" if tuned.search_interrupted else ""
+    table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s{ended}")
     out.print(table)
 
 
@@ -71,6 +75,14 @@ def _verification_text(verified: "Recovery") -> str:
         f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
     )
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
+
+
+def interrupt_text(tuned: "Tuning") -> str:
+    """Return which gains an interrupted tuning kept, in words."""
+    if not tuned.search_interrupted:
+        return "Interrupted; the gains are not verified completely."
+    evaluated = "one evaluation" if tuned.evaluations == 1 else f"{tuned.evaluations} evaluations"
+    return f"Interrupted; the gains are the best after {evaluated} and are not verified."
 
 
 def print_unstable(tuned: "Tuning") -> None:

@@ -11,9 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, find_robot_definition, read_scripts, script_of_robot
+from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, read_scripts, script_of_robot
 from gaitopt.cli.options import Json, Quiet, Verbose
 from gaitopt.cli.output import out, print_json, report_file, verdict_text
+from gaitopt.cli.robot_script import include_robot
 from gaitopt.errors import InputError
 
 PARTS = (
@@ -58,9 +59,9 @@ def new(
 ) -> None:
     """Write a commented problem script as a starting point.
 
-    With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, a
-    copy of the script of a robot, and the path of the file that defines the robot is printed.  An existing file is
-    never overwritten.
+    With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, the
+    script of a robot with the definition of its bodies, contacts and actuators.  An existing file is never
+    overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """
@@ -75,20 +76,21 @@ def new(
         template = (files("gaitopt.cli") / "templates" / "problem.py").read_text(encoding="utf-8")
         _write_new(path, template.replace("NAME", path.stem))
     else:
-        _copy_script(source, path)
+        _copy_script(source, path, robot)
     report_file(path, json=json)
     if not json and robot is not None:
-        out.print(
-            f"{robot} is defined in {find_robot_definition(robot)}: copy it to change bodies or contacts",
-            soft_wrap=True,
-        )
+        out.print(f"{robot} is defined in {path}: change its bodies, contacts and actuators there", soft_wrap=True)
     if not json and source is None:
         out.print(f"next: gaitopt solve {path}", soft_wrap=True)
 
 
-def _copy_script(source: str, path: Path) -> None:
-    """Write a copy of an installed script, and beside it the scripts that it imports unless they are there already."""
+def _copy_script(source: str, path: Path, robot: str | None) -> None:
+    """Write a copy of an installed script, and beside it the scripts that it imports unless they are there already.
+
+    If a robot is given, the copy contains its definition.
+    """
     (script, text), *imported = read_scripts(source).items()
+    text = text if robot is None else include_robot(text, robot)
     for beside, content in imported:
         target = path.with_name(beside)
         if target == path or (target.exists() and target.read_text(encoding="utf-8") != content):

@@ -124,8 +124,9 @@ def trace(
 ) -> None:
     """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
 
-    A script is traced from its first stable gait at FROM, a saved gait in both directions from
-    the value of the parameter in its file.
+    A script is traced from its first stable gait at FROM, a saved gait in both directions from the value of the
+    parameter in its file.
+
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
 

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.continuation.location import Describe, describe_change, smooth_special_points, structure_brackets
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
+from gaitopt.continuation.roll_over import locate_roll_over
 from gaitopt.continuation.special_point import STOP_KINDS, SpecialKind, SpecialPoint
 from gaitopt.motion.motion import Array
 
@@ -196,7 +197,8 @@ class BranchFollower:
                     return replace(change, value=point.value, z=point.z, width=self._width(point)), beyond
                 kind = family.classify(point.sample, sample)
                 return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
-        return self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
+        end = self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
+        return locate_roll_over(self.stepper, point, end) if end.kind is SpecialKind.ROLL_OVER else end
 
     def _look_ahead(self, point: CurvePoint) -> Iterator[Array]:
         """Yield (z, value) at growing distances along the tangent, and on both sides in the parameter alone."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.continuation.apex_energy import least_kinetic_energy
 from gaitopt.continuation.branch_diagram import section_unit
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.parameter_values import gains_of, set_gains
@@ -130,6 +131,10 @@ class GaitFamily:
         following = sample.passage.walk_steps[-1].following
         return {"drift_reversal": float(following[self.robot.state_entries.slip_velocity] - z[-1])}
 
+    def apex_energy(self, z: Array, value: float, sample: MapSample) -> float:
+        """Return the least kinetic energy of the joint rates along the steps [J]."""
+        return least_kinetic_energy(self._walker(value)[0], sample.passage.states)
+
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return the point of the section at the start of each step of the period, shape (steps, n)."""
         section = self._section(value)
@@ -217,8 +222,7 @@ class GaitFamily:
         known = {each.name for each in self.robot.parameters}
         values = {name: number for name, number in {**self.parameters, **moved}.items() if name in known}
         p, law = self.robot.vector(self.robot.resolve(values)), set_gains(self.robot, self.law, moved)
-        limits = StepLimits(duration=MAX_STEP_TIME / natural_rate(self.robot, p)[0])
-        walker = Walker(self.robot, law, p, self.engine, step_limits=limits)
+        walker = make_patient_walker(self.robot, law, p, self.engine)
         return walker, search_section(walker), Linearisation(walker)
 
 
@@ -266,6 +270,12 @@ def make_gait_family(
         scale=natural_scale(walker, section, section.project(cycle.section.embed(cycle.z))),
         value_scale=abs(ends[1] - ends[0]),
     )
+
+
+def make_patient_walker(robot: Robot, law: Law, p: Array, engine: Engine) -> Walker:
+    """Return a walker whose steps may take as long as in a search for gaits, as those that just roll over do."""
+    limits = StepLimits(duration=MAX_STEP_TIME / natural_rate(robot, p)[0])
+    return Walker(robot, law, p, engine, step_limits=limits)
 
 
 def structure_of(passage: Passage) -> Structure:

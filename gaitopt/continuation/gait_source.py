@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gaitopt.continuation.gait_family import GaitFamily, make_gait_family
+from gaitopt.continuation.gait_family import GaitFamily, make_gait_family, make_patient_walker
 from gaitopt.continuation.parameter_values import check_range, gains_of, set_gains, unit_of
 from gaitopt.continuation.planar_family import PlanarFamily, make_planar_family
 from gaitopt.control.law import passive
@@ -162,7 +162,7 @@ class WalkGaits(GaitSource):
         known = {each.name for each in robot.parameters}
         p = robot.vector(robot.resolve({name: number for name, number in values.items() if name in known}))
         law = set_gains(robot, self.law or passive(robot), {self.parameter: value})
-        walker = Walker(robot, law, p, self.engine or default_engine(law, robot))
+        walker = make_patient_walker(robot, law, p, self.engine or default_engine(law, robot))
         return walker, Section(robot, p, sliding=True)
 
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:

@@ -73,6 +73,10 @@ class MapFamily(Protocol):
         """Return further quantities whose sign changes are special points, by the kind of these points."""
         ...
 
+    def apex_energy(self, z: Array, value: float, sample: MapSample) -> float | None:
+        """Return the least kinetic energy along the steps, zero where a walker just rolls over; None if unknown."""
+        ...
+
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return the point at the start of each step of the period, shape (steps, n)."""
         ...

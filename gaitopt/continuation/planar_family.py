@@ -104,7 +104,7 @@ class PlanarFamily:
             if rollout is None or rollout.end is None or rollout.stop is not Stop.EVENT_REACHED:
                 return MapSample(None, "no gait" if rollout is None else _reason(rollout.stop))
             rollouts.append(rollout)
-            following = chart.read(exchange_legs(rollout.end, self.robot.mirror).y)
+            following = chart.read(exchange_legs(rollout.end, self.robot, self.robot.mirror).y)
         return MapSample(following - z, name_rollouts(rollouts), tuple(rollouts))
 
     def derivative(self, z: Array, value: float, sample: MapSample, by_value: Array | None = None) -> Array:
@@ -146,6 +146,9 @@ class PlanarFamily:
         automaton, _ = self._at(value)
         clearance = lowest_clearance(automaton, sample.passage)
         return {} if clearance is None else {"scuffing": clearance}
+
+    def apex_energy(self, z: Array, value: float, sample: MapSample) -> None:
+        """Return None: these robots fall when a contact that marks a fall closes, not at an equilibrium."""
 
     def orbit(self, z: Array, value: float, sample: MapSample) -> Array:
         """Return the point of the section at the start of each period, shape (steps, n)."""

@@ -1,5 +1,6 @@
 """Assembly of a robot from its symbolic description: Functions of the motion, the landing foot and the step."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -67,20 +68,35 @@ class Drawing:
     ----------
     points : mapping of str to SX of shape (2, 1)
         Points [m]; by default the stance contact and the landing contact.
-    links : sequence of pairs of point names
-        Lines between points.
+    links : sequence of tuples of point names
+        Lines from each point of a tuple to the next one.
     stance : Contact, optional
         The stance contact, if it is not a point contact.
 
+    Raises
+    ------
+    InputError
+        If a link has fewer than two points.
+
     Examples
     --------
-    >>> Drawing({"foot": ca.SX.zeros(2), "hip": ca.SX.ones(2)}, [("foot", "hip")]).links
-    [('foot', 'hip')]
+    >>> Drawing(links=[("hip", "heel", "toe", "hip"), ("hip", "head")]).lines
+    [('hip', 'heel'), ('heel', 'toe'), ('toe', 'hip'), ('hip', 'head')]
     """
 
     points: Mapping[str, ca.SX] = field(default_factory=dict)
-    links: Sequence[tuple[str, str]] = ()
+    links: Sequence[tuple[str, ...]] = ()
     stance: Contact | None = None
+
+    def __post_init__(self) -> None:
+        for chain in self.links:
+            if len(chain) < 2:
+                raise InputError(f"Drawing: a link needs at least two points, got {chain!r}.")
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """Names of the two ends of every line."""
+        return [ends for chain in self.links for ends in itertools.pairwise(chain)]
 
 
 @check_arguments
@@ -157,7 +173,7 @@ def assemble(
         actuators=tuple(actuators),
         parameters=coordinates.parameters,
         points=tuple(drawing.points),
-        links=tuple((index[a], index[b]) for a, b in drawing.links),
+        links=tuple((index[a], index[b]) for a, b in drawing.lines),
         **_motion(coordinates, mechanics, joint),
         **_landing(coordinates, mechanics, contact.coordinates),
         **_step(coordinates, contact.coordinates, _exchange_matrix(relabel, q, name), relabel),
@@ -198,7 +214,7 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
         )
     if drawing is not None and not isinstance(drawing, Drawing):
         raise InputError(f"Robot {name!r}: drawing must be a Drawing(points, links), got {drawing!r}.")
-    points, links = (drawing.points, drawing.links) if drawing else ({}, ())
+    points, links = (drawing.points, drawing.lines) if drawing else ({}, ())
     for pair in links:
         for point in pair:
             if point not in points:

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import LARGEST, Array, Motion, are_finite
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
 
 _TYPES: dict[Any, tuple[type, ...]] = {float: (int, float), int: (int,), str: (str,), bool: (int, bool)}
-"""Accepted types of the values of a field by its type, the usual one last."""
 """Accepted types of the values of a field by its type, the usual one last."""
 
 _TEXTS = ("objective", "objective_unit", "name", "robot", "sequence", "transcription")
@@ -116,7 +115,7 @@ def _check_parameters(parameters: Mapping[str, float]) -> None:
 def _check_motion(motion: Motion, *, finite: bool) -> None:
     n_q, n_u, points = 2 + len(motion.angles), len(motion.actuators), len(motion.points)
     for number, segment in enumerate(motion.segments):
-        count = _check_time(segment.time, number)
+        count = _check_time(segment.time, number, finite=finite)
         rows: dict[str, tuple[int, ...]] = {"q": (n_q, count), "v": (n_q, count), "force": (2, count)}
         rows |= dict.fromkeys(("torque", "power", "work"), (n_u, count)) | {"points": (2, points, count)}
         rows |= dict.fromkeys(("friction_work", "kinetic", "potential", "damping_work", "elastic"), (count,))
@@ -139,7 +138,7 @@ def _check_planar_motion(motion: PlanarMotion, *, finite: bool) -> None:
     exchange = range(n_c) if motion.exchange is None else motion.exchange
     _require(sorted(exchange) == list(range(n_c)), "exchange", motion.exchange, f"each of 0 to {n_c - 1} once")
     for number, segment in enumerate(motion.segments):
-        count = _check_time(segment.time, number)
+        count = _check_time(segment.time, number, finite=finite)
         rows: dict[str, tuple[int, ...]] = {"q": (n_q, count), "v": (n_q, count), "force": (n_c, 2, count)}
         rows |= dict.fromkeys(("torque", "work"), (n_u, count)) | {"friction_work": (n_c, count)}
         rows |= dict.fromkeys(("damping_work", "kinetic", "potential", "elastic"), (count,))
@@ -157,9 +156,10 @@ def _check_planar_motion(motion: PlanarMotion, *, finite: bool) -> None:
             _check_names(place, [name for name, _ in state.modes], names)
 
 
-def _check_time(time: Array, number: int) -> int:
+def _check_time(time: Array, number: int, *, finite: bool) -> int:
     """Return the number of samples of a phase."""
     increasing = time.ndim == 1 and time.size > 0 and not np.any(np.diff(time) < 0)
+    increasing &= are_finite(time) or not finite
     _require(increasing, f"time of phase {number + 1}", np.shape(time), "a vector of increasing times")
     return int(time.size)
 
@@ -169,13 +169,13 @@ def _check_arrays(place: str, source: Any, shapes: Mapping[str, tuple[int, ...]]
         array = getattr(source, name)
         _require(array.shape == shape, f"shape of {name} in {place}", array.shape, f"{shape}")
         if finite:
-            _require(bool(np.all(np.isfinite(array))), f"{name} in {place}", "not finite", "finite numbers")
+            _require(are_finite(array), f"{name} in {place}", "not finite", f"finite numbers of at most {LARGEST:g}")
 
 
 def _check_numbers(place: str, source: Any, names: Sequence[str], *, finite: bool) -> None:
     for name in names:
         value = getattr(source, name)
-        _require(math.isfinite(value) or not finite, f"{name} of {place}", value, "a finite number")
+        _require(are_finite(value) or not finite, f"{name} of {place}", value, f"a number of at most {LARGEST:g}")
 
 
 def _check_names(place: str, contacts: Sequence[str], names: set[str]) -> None:

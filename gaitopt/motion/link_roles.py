@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.model.coordinate_entries import CONTACT
-from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.motion import Array, Motion, are_finite
 
 Links = tuple[tuple[int, int], ...]
 
@@ -78,7 +78,7 @@ def is_drawable(motion: Any) -> bool:
     """
     names = ("time", "q", "v", "torque", "force", "points")
     parts = [getattr(segment, name) for segment in motion.segments for name in names]
-    return all(np.isfinite(part).all() for part in parts) and motion.period > 0
+    return all(map(are_finite, parts)) and motion.period > 0
 
 
 def tilt(points: Array, slope: float) -> Array:

@@ -14,6 +14,14 @@ from gaitopt.parameters import check_type
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e100
+"""Largest magnitude of a number that counts as finite; the squares and products of larger ones overflow."""
+
+
+def are_finite(numbers: Array | float) -> bool:
+    """Return whether numbers can be computed with: neither nan nor beyond `LARGEST`."""
+    return bool(np.all(np.abs(numbers) <= LARGEST))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Segment:

@@ -71,6 +71,7 @@ def _numbers(gait: PlanarGait) -> Facts:
     ]
     if math.isfinite(margin):
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
+    facts += _impacts(gait)
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
     # The contacts of an accurate plan are below the ground only while they are not armed.
     unarmed = "" if gait.status is Status.PLAN_INACCURATE else ", while it is not armed"
@@ -109,6 +110,21 @@ def _events(gait: PlanarGait) -> Facts:
         if not event.is_impact and any(name.endswith(" closes") for name in event.names):
             received = "; without impulse"
         facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
+    return facts
+
+
+def _impacts(gait: PlanarGait) -> Facts:
+    """Return mode and ratio L_t / L_n of the impulses at each impact; contacts of one body share their impulse."""
+    entries, facts = gait.motion.contact_entries, Facts()
+    for event in gait.motion.events:
+        bodies: dict[str, list[int]] = {}
+        for i, entry in enumerate(entries):
+            if entry.slides and event.impulse[i, 1] > LEAST_IMPULSE:
+                bodies.setdefault(entry.body, []).append(i)
+        for members in bodies.values():
+            tangential, normal = event.impulse[members].sum(axis=0)
+            names, mode = " + ".join(entries[i].name for i in members), (event.outcome or event.after).modes[members[0]]
+            facts.append(("impact", f"{names} {mode[1].value}, impulse ratio {tangential / normal:+.4f}"))
     return facts
 
 

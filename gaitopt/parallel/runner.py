@@ -94,17 +94,17 @@ def run_tasks(
     [100.0, 1000.0]
     """
     execution = execution or Execution()
-    queue = TaskQueue(tasks, known or {})
     workers, prepare = execution.workers, execution.prepare
+    queue = TaskQueue(tasks, known or {}, longest_first=workers > 1)
     if execution.executor is None and (workers == 1 or len(queue) <= 1):
         yield from _run_here(work, shared, queue, meanwhile)
         return
-    executor: TaskExecutor
-    if execution.executor is None:
-        executor = LocalProcesses(workers, work, shared, prepare)
-    else:
-        executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
-    with hold_interrupt() as interrupt:
+    with hold_interrupt() as interrupt:  # an interrupt while the executor is prepared would leave its files
+        executor: TaskExecutor
+        if execution.executor is None:
+            executor = LocalProcesses(workers, work, shared, prepare)
+        else:
+            executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
         with executor:
             yield from _run_on(executor, queue, interrupt, meanwhile)
         interrupt.check()  # an interrupt while the workers ended; raised now, it leaves none of their semaphores

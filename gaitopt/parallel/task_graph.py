@@ -49,6 +49,9 @@ class TaskQueue:
         A task comes after those it needs.
     known : mapping of str to object
         Results of tasks that ran before and are not to run again.
+    longest_first : bool
+        Take the task first on which the longest chain of others depends, so that workers do not wait for that chain at
+        the end; by default the tasks that may run are taken in the order of the list.
 
     Raises
     ------
@@ -66,11 +69,12 @@ class TaskQueue:
     (True, [3])
     """
 
-    def __init__(self, tasks: Sequence[Task], known: Mapping[str, Any]) -> None:
+    def __init__(self, tasks: Sequence[Task], known: Mapping[str, Any], *, longest_first: bool = False) -> None:
         _check_order(tasks)
         self._tasks = _required_tasks(tasks, known)
         self._places = {task.key: place for place, task in enumerate(self._tasks)}
-        self._ready: list[int] = []  # places of tasks that may run, a heap
+        self._lengths = _chain_lengths(self._tasks) if longest_first else Counter[str]()
+        self._ready: list[tuple[int, int]] = []  # negative chain lengths and places of tasks that may run, a heap
         self._uses = Counter(need for task in self._tasks for need in task.needs)
         self._results = {key: known[key] for key in self._uses if key in known}
         self._graph = TopologicalSorter(
@@ -82,10 +86,10 @@ class TaskQueue:
         return len(self._tasks)
 
     def next(self) -> Task | None:
-        """Take the first task of the list that may run; None if every task is taken or waits for others."""
+        """Take a task that may run; None if every task is taken or waits for others."""
         for key in self._graph.get_ready():
-            heapq.heappush(self._ready, self._places[key])
-        return self._tasks[heapq.heappop(self._ready)] if self._ready else None
+            heapq.heappush(self._ready, (-self._lengths[key], self._places[key]))
+        return self._tasks[heapq.heappop(self._ready)[1]] if self._ready else None
 
     def needed_results(self, task: Task) -> list[Any]:
         """Return the results that a task needs, in the order of its `needs`."""
@@ -102,6 +106,15 @@ class TaskQueue:
             if not self._uses[need]:
                 del self._results[need]
         return outcome
+
+
+def _chain_lengths(tasks: Sequence[Task]) -> Counter[str]:
+    """Return by key the number of tasks in the longest chain of those that depend on a task one after another."""
+    lengths = Counter[str]()
+    for task in reversed(tasks):
+        for need in task.needs:
+            lengths[need] = max(lengths[need], lengths[task.key] + 1)
+    return lengths
 
 
 def _required_tasks(tasks: Sequence[Task], known: Mapping[str, Any]) -> list[Task]:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.panels import join_segments, sample_force_ratio
@@ -58,6 +60,11 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     -------
     matplotlib.figure.Figure
 
+    Raises
+    ------
+    InputError
+        If a gait is not finite, as the last iterate of a failed solve may be.
+
     Examples
     --------
     >>> from gaitopt import compare, load, plot_comparison
@@ -66,6 +73,9 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     'cost of transport'
     """
     style = style or FigureStyle()
+    for label, gait in comparison.gaits.items():
+        if not is_drawable(gait.motion):
+            raise InputError(f"The gait {label!r} has no duration or is not finite: compare the others without it.")
     narrow = style.width < NARROW
     rows = _rows(comparison, unit_line=narrow)
     above = NARROW_ROW_HEIGHT * len(rows) if narrow else ROW_HEIGHT * max(len(rows), LEAST_ROWS)

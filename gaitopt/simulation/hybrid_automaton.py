@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.model.contacts.event import EventKind, HybridEvent
 from gaitopt.model.contacts.impact import Impact, TouchdownMap
-from gaitopt.model.contacts.mode import PHYSICAL, Mode
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -126,9 +126,7 @@ class Walker:
         self.step_limits = step_limits or StepLimits()
         self.loop = ClosedLoop(robot, law, p)
         self.contact, self.memory = ContactChoice(self.loop), LawMemory(law)
-        self._torque: dict[Mode, FastCall] = {
-            mode: FastCall(torque_of(law.torque, mode)) for mode in PHYSICAL if mode is not Mode.FREE
-        }
+        self._torque: dict[Mode, FastCall] = {}
         self._landing, self._slip_velocity = (
             TouchdownMap(robot, p if landing is None else landing),
             robot.state_entries.slip_velocity,
@@ -137,6 +135,8 @@ class Walker:
 
     def torque(self, mode: Mode, clock: float, y: Array) -> Array:
         """Return the torque in a contact mode at a clock time and state y, shape (n_u,) [N m]."""
+        if mode not in self._torque:
+            self._torque[mode] = FastCall(torque_of(self.law.torque, mode))
         return self._torque[mode](clock, y, self.loop.data(clock, y))[0]
 
     def torques(self, mode: Mode, times: Array, states: Array) -> Array:

@@ -33,7 +33,14 @@ class LawMemory:
     def __init__(self, law: Law) -> None:
         self._law, self._n, self._events = law, law.control.size1_in(1), law.memory.events
         self._latch = FastCall(law.memory.latch, law.table[:, 0]) if law.memory.values else None
-        self._reset, self._guards = FastCall(law.memory.reset), FastCall(_guards(law.control))
+
+    @functools.cached_property
+    def _reset(self) -> FastCall:
+        return FastCall(self._law.memory.reset)
+
+    @functools.cached_property
+    def _guards(self) -> FastCall:
+        return FastCall(_guards(self._law.control))
 
     def begin(self, state: Array) -> Array:
         """Return the state y = (q, v, latched) at the start of a step, from (q, v) after the touchdown."""

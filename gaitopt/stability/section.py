@@ -67,10 +67,6 @@ class Section:
         return (len(self.names),)
 
     @cached_property
-    def _key(self) -> bytes:
-        return self.p.tobytes()
-
-    @cached_property
     def _basis(self) -> Array:
         basis = np.zeros((2 * self.robot.n_q, len(self.places)))
         basis[self.places, range(len(self.places))] = 1.0
@@ -92,16 +88,17 @@ class Section:
         y = np.zeros(2 * self.robot.n_q)
         y[self.robot.state_entries.slip_velocity] = self.foot_speed
         y[self.places] = z
-        angle, _ = _compile_dependent_angle(self.robot, self._key, threading.get_ident())
-        y[self.dependent_entry] = angle.evaluate_packed(y[self._free])[0]
+        angle, _ = _compile_dependent_angle(self.robot, threading.get_ident())
+        y[self.dependent_entry] = angle.evaluate_packed(np.concatenate((y[self._free], self.p)))[0]
         return y
 
     def tangent(self, z: Array) -> Array:
         """Return d embed / d z, shape (2 n_q, n_z)."""
         basis, others = self._basis.copy(), len(self._free)
         if others:
-            _, slope = _compile_dependent_angle(self.robot, self._key, threading.get_ident())
-            basis[self.dependent_entry, :others] = slope.evaluate_packed(np.asarray(z, dtype=float)[:others])
+            _, slope = _compile_dependent_angle(self.robot, threading.get_ident())
+            angles = np.asarray(z, dtype=float)[:others]
+            basis[self.dependent_entry, :others] = slope.evaluate_packed(np.concatenate((angles, self.p)))
         return basis
 
     def project(self, y: Array) -> Array:
@@ -110,7 +107,7 @@ class Section:
 
 
 @functools.lru_cache(maxsize=32)
-def _dependent_angle(robot: Robot) -> ca.Function:
+def dependent_angle(robot: Robot) -> ca.Function:
     """Return (other angles, p) -> the angle that the touchdown condition determines after the leg exchange.
 
     The exchange of the angles is linear, so one Newton step suffices for a linear touchdown guard; others take a few.
@@ -129,11 +126,11 @@ def _dependent_angle(robot: Robot) -> ca.Function:
     return ca.Function("dependent_angle", list(value), [guess]).expand()
 
 
-@functools.lru_cache(maxsize=256)
-def _compile_dependent_angle(robot: Robot, p: bytes, thread: int) -> tuple[FastCall, FastCall]:
-    """Return other angles -> dependent angle, and its gradient, for parameters as bytes and one thread."""
-    function = _dependent_angle(robot)
+@functools.lru_cache(maxsize=64)
+def _compile_dependent_angle(robot: Robot, thread: int) -> tuple[FastCall, FastCall]:
+    """Return (other angles, p) -> dependent angle, and its gradient, for one thread."""
+    function = dependent_angle(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
     slope = ca.Function("dependent_angle_slope", [others, parameters], [gradient])
-    return FastCall(function, np.frombuffer(p)), FastCall(slope, np.frombuffer(p))
+    return FastCall(function), FastCall(slope)

@@ -10,6 +10,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
+from gaitopt.interrupts import InterruptRecord
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
@@ -35,7 +36,7 @@ class GainSearchOptions:
     Attributes
     ----------
     samples : int
-        Number of random gains evaluated first, in addition to the start of the family.
+        Number of random sets of gains evaluated first, in addition to the start of the family.
     starts : int
         Number of the best of these that start the simplex method.
     evaluations : int
@@ -62,6 +63,10 @@ class GainSearchOptions:
         return 1 + self.samples + min(self.starts, 1 + self.samples) * self.evaluations
 
 
+class _SearchStopped(Exception):
+    """Ends the simplex method after an evaluation; not KeyboardInterrupt, which a second Ctrl-C raises."""
+
+
 class GainSearch:
     """Minimises the objective of a gait under a law as a function of gains.
 
@@ -80,6 +85,8 @@ class GainSearch:
     ----------
     trials : list of Trial
         Evaluations in order.
+    interrupted : bool
+        Whether the search ended before its time because of Ctrl-C.
     """
 
     def __init__(
@@ -93,14 +100,23 @@ class GainSearch:
         observer: TuningObserver,
     ) -> None:
         self.family, self.objective, self.trials = family, objective, list[Trial]()
+        self.interrupted, self._interrupt = False, InterruptRecord()
         self._observer, self._limit, planned = observer, 0, gait.motion.parameters
         changes = [dict(each) if isinstance(each, Mapping) else {"friction": each} for each in frictions]
         grounds = [planned, *(robot.resolve({**planned, **change}) for change in changes)]
         self._grounds = [make_ground_map(gait, ground, engine) for ground in grounds]
 
-    def search(self, search: GainSearchOptions) -> Trial:
-        """Minimise the objective and return the best trial."""
-        self._limit = search.evaluations_in_total
+    def search(self, search: GainSearchOptions, interrupt: InterruptRecord | None = None) -> Trial:
+        """Minimise the objective and return the best trial; once a Ctrl-C is recorded, the best one so far."""
+        self._limit, self._interrupt = search.evaluations_in_total, interrupt or self._interrupt
+        try:
+            self._minimise(search)
+        except _SearchStopped:
+            self.interrupted = True
+        return min(self.trials, key=lambda trial: rank_of(trial.objective))
+
+    def _minimise(self, search: GainSearchOptions) -> None:
+        """Evaluate the start of the family and random gains, then search from the best of them."""
         gains, rng = self.family.gains, np.random.default_rng(search.seed)
         begin = [np.array([gain.share for gain in gains]), *rng.uniform(size=(search.samples, len(gains)))]
         ranked = sorted(begin, key=lambda share: self(share))
@@ -108,7 +124,6 @@ class GainSearch:
         for share in ranked[: search.starts]:
             simplex = {"initial_simplex": _simplex(share)}
             minimize(self, share, method="Nelder-Mead", bounds=[(0, 1)] * len(gains), options=options | simplex)
-        return min(self.trials, key=lambda trial: rank_of(trial.objective))
 
     def __call__(self, share: Array) -> float:
         """Return the objective of gains given as fractions of the way between bounds, and record it as a trial."""
@@ -117,6 +132,8 @@ class GainSearch:
         self.trials.append(Trial(gains, value))
         best = min(rank_of(trial.objective) for trial in self.trials)
         self._observer(TuningStep(len(self.trials), value, best, self._limit))
+        if self._interrupt.received and len(self.trials) < self._limit:
+            raise _SearchStopped
         return value
 
     def _value(self, gains: Mapping[str, float]) -> float:

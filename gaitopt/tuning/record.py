@@ -61,6 +61,8 @@ class Tuning:
         Duration of the search.
     settings : FamilySettings
         Torque limit and fixed gains of the law.
+    search_interrupted : bool
+        Whether Ctrl-C ended the search; the gains are then the best ones so far and are not verified.
 
     Examples
     --------
@@ -83,6 +85,7 @@ class Tuning:
     evaluations: int
     seconds: float
     settings: FamilySettings = field(default=FamilySettings(), repr=False)
+    search_interrupted: bool = field(default=False, repr=False)
 
     def __repr__(self) -> str:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)

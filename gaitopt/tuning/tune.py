@@ -40,8 +40,9 @@ def tune_feedback(
 ) -> Tuning:
     """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
 
-    Ctrl-C during the verification ends it after the current walk and keeps the gains; `verified.interrupted` is then
-    True.
+    Ctrl-C during the search ends it after the current evaluation and keeps the best gains so far, without
+    verification; `search_interrupted` is then True.  Ctrl-C during the verification ends it after the current walk and
+    keeps the gains; `verified.interrupted` is then True.  A second Ctrl-C raises KeyboardInterrupt.
 
     Parameters
     ----------
@@ -89,9 +90,9 @@ def tune_feedback(
     robot, search = gait.robot, search or GainSearchOptions()
     objective, start_time = objective or SpectralRadius(), time.perf_counter()
     gain_search = GainSearch(gait, robot, family, objective, tuple(frictions), engine, observer)
-    best = gain_search.search(search)
-    seconds = time.perf_counter() - start_time
-    with hold_interrupt() as interrupt:  # the gains are kept if only their verification is interrupted
+    with hold_interrupt() as interrupt:  # the best gains are kept
+        best = gain_search.search(search, interrupt)
+        seconds = time.perf_counter() - start_time
         law, cycle = _closed_loop_gait(gait, family, best, engine)
         radius_before = _open_loop(gait, engine)
         verified = _verify_tuning(gait, law, cycle, test or PushTest(), engine, (observer, interrupt))
@@ -109,6 +110,7 @@ def tune_feedback(
         trials=tuple(gain_search.trials),
         evaluations=len(gain_search.trials),
         seconds=seconds,
+        search_interrupted=gain_search.interrupted,
     )
 
 

@@ -144,6 +144,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
             "push_radius": tuned.verified.radius,
             "interrupted": tuned.verified.interrupted,
         },
+        "search_interrupted": tuned.search_interrupted,
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
     return write_json(facts, path, KIND)

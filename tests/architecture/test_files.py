@@ -31,7 +31,7 @@ def test_only_the_command_line_prints(trees):
 
 @pytest.mark.slow
 def test_nothing_is_asserted_without_a_sentence(trees):
-    """Python leaves asserts out with -O, and they tell a user nothing."""
+    """Python leaves asserts out with -O, and their messages help no user."""
     asserts = [(path, node.lineno) for path in FILES for node in ast.walk(trees[path]) if isinstance(node, ast.Assert)]
     assert asserts == []
 

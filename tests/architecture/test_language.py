@@ -11,6 +11,9 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CODE = sorted((ROOT / "gaitopt").rglob("*.py"))
 SCRIPTS = sorted((ROOT / "problems").rglob("*.py"))
+TESTS = sorted(
+    {*(ROOT / "tests").rglob("*.py"), *(ROOT / "docs").glob("*.py"), ROOT / "conftest.py"} - {Path(__file__)}
+)
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb"), *ROOT.glob("*.md")])
 
 REPLACED = {
@@ -104,6 +107,11 @@ def test_the_package_uses_no_replaced_phrase():
 
 def test_pages_and_scripts_use_no_replaced_phrase():
     refused = {path.relative_to(ROOT): replaced_phrases(words_of(path)) for path in [*SCRIPTS, *PAGES]}
+    assert not listed(refused), listed(refused)
+
+
+def test_tests_use_no_replaced_phrase():
+    refused = {path.relative_to(ROOT): replaced_phrases(words_of(path)) for path in TESTS}
     assert not listed(refused), listed(refused)
 
 

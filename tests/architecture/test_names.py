@@ -1,4 +1,4 @@
-"""A class, a module and a public function have a name of their own in the whole package."""
+"""A class, a module and a public function have a name that nothing else in the package has."""
 
 import ast
 from collections import defaultdict
@@ -23,7 +23,7 @@ def functions_of(tree):
 
 
 def module_name(path):
-    """Return the name of a module or of a package; a module with the name of its own package has the same meaning."""
+    """Return the name of a module or package; a module with the name of its package has the same meaning."""
     name = path.parent.name if path.stem == "__init__" else path.stem
     return None if name == "__main__" or (path.stem != "__init__" and name == path.parent.name) else name
 

@@ -127,7 +127,7 @@ def test_every_public_name_is_documented():
 
 
 def without_example(thing):
-    """Return whether a name is an exception, which needs no example, or abstract, which cannot be made."""
+    """Return whether a name is an exception, which needs no example, or abstract, which has no instances."""
     return inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing))
 
 

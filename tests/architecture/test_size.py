@@ -37,7 +37,7 @@ def parameter_count(function, *, method=False):
 def calls_of(tree):
     """Yield the public calls of a module: functions, and methods and constructors of classes.
 
-    The fields of a record (dataclass or attrs) are its data and are not counted: it has no `__init__` of its own.
+    The fields of a record (dataclass or attrs) are its data and are not counted: it defines no `__init__`.
     """
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
@@ -81,7 +81,7 @@ def test_the_public_names_are_among_the_calls(trees):
 SOURCE = '''
 class A:
     def f(self, a, *, b=1, **more):
-        """Say it.
+        """Print it.
 
         At length.
         """

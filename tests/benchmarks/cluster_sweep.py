@@ -1,4 +1,4 @@
-"""A sweep of 200 cheap gaits on four Dask workers: ``python -m tests.benchmarks.cluster_sweep FILE [SECONDS]``.
+"""A sweep of 200 gaits of low effort on four Dask workers: ``python -m tests.benchmarks.cluster_sweep FILE [SECONDS]``.
 
 With SECONDS a worker is killed every so many, in turn, in the middle of its tasks.  Prints, as JSON: seconds, and how
 many workers were killed.

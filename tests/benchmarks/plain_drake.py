@@ -48,7 +48,7 @@ def points(*masses):
 
 
 class Walker:
-    """The programme; each solve starts from the one before."""
+    """The NLP; each solve starts from the one before."""
 
     def __init__(self, intervals):
         plant = walker()

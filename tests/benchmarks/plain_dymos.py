@@ -50,7 +50,7 @@ class Landing(om.ExplicitComponent):
 
 
 class Walker:
-    """The programme; each solve starts from the one before."""
+    """The NLP; each solve starts from the one before."""
 
     def __init__(self, intervals):
         problem = self.problem = om.Problem(reports=False)

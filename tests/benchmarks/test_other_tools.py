@@ -2,7 +2,7 @@
 
 Set OMP_NUM_THREADS=1, or idle threads of linear algebra count as work.  The sticking gait of 100 kg with the least
 integral of squared torques, no limits on torque or friction, 20 intervals. Measured are building and the first
-solve, imports excluded, and a solve at another speed that goes on from the first. Every tool is compared with
+solve, imports excluded, and a solve at another speed that is warm-started from the first. Every tool is compared with
 gaitopt on the coarsest grid on which its optimum is at least as accurate as the tool's.
 """
 

@@ -45,7 +45,7 @@ def walker(sequence=SEQUENCES[0], friction=0.14):
 
 
 def cold_seconds(sequence):
-    """Return the seconds of a first solve, in a process of its own."""
+    """Return the seconds of a first solve in a new process."""
     done = subprocess.run([sys.executable, "-c", COLD, sequence], check=True, capture_output=True, text=True)
     return float(done.stdout)
 
@@ -70,7 +70,7 @@ def test_frontier_in_cold_solves_and_two_workers(benchmark):
 
 @pytest.mark.parametrize("friction", [0.1, 0.12, 0.14, 0.17, 0.2, 0.23, 0.25])
 def test_search_finds_the_best_sequence_in_about_a_minute(benchmark, friction):
-    """Never dearer, by more than 0.1 %, than any contact sequence solved by itself."""
+    """The cost exceeds that of no contact sequence solved separately by more than 0.1 %."""
     ranking = benchmark.pedantic(lambda: search(walker(friction=friction), execution=Execution(workers=2)), rounds=1)
     seconds = benchmark.stats.stats.max
     sequences = [*SEQUENCES, "stick slip- | stick", "slip+ stick slip- | slip+"]

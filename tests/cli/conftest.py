@@ -45,7 +45,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def process(folder):
-    """Return a function that runs ``gaitopt ARGUMENTS`` as a process of its own."""
+    """Return a function that runs ``gaitopt ARGUMENTS`` as a separate process."""
 
     def run(*arguments, program=("-m", "gaitopt")):
         done = subprocess.run(

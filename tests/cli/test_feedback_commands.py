@@ -19,7 +19,7 @@ from gaitopt.tuning.controller_family import law_name
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
     *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "verified"),
-    *("evaluations", "seconds"),
+    *("evaluations", "search_interrupted", "seconds"),
 ]
 
 
@@ -100,6 +100,33 @@ def test_gains_are_kept_if_their_verification_is_interrupted(capsys, tmp_path, m
     assert sum(isinstance(step, VerificationStep) for step in seen) == walk
 
 
+@pytest.mark.parametrize("evaluation", [1, 3])
+def test_the_best_gains_are_kept_if_their_search_is_interrupted(capsys, tmp_path, monkeypatch, evaluation):
+    """The search ends after the evaluation in which Ctrl-C was pressed, and nothing is verified."""
+    seen = []
+
+    def interrupt(step):
+        seen.append(step)
+        if len(seen) == evaluation:
+            signal.raise_signal(signal.SIGINT)
+        return ""
+
+    monkeypatch.setattr("gaitopt.cli.feedback._progress", interrupt)
+    gains = tmp_path / "gains.json"
+    code, printed = run(capsys, *SHORT, "--starts", "2", "-o", str(gains))
+    facts = json.loads(gains.read_text(encoding="utf-8"))
+    assert code == 130
+    assert [type(step) for step in seen] == [TuningStep] * evaluation
+    best = min(facts["trials"], key=lambda trial: trial["objective"])
+    assert len(facts["trials"]) == evaluation
+    assert facts["gains"] == best["gains"]
+    assert facts["radius_after"] == pytest.approx(best["objective"], abs=1e-5)
+    assert (facts["search_interrupted"], facts["verified"]["returned"]) == (True, 0)
+    number = {1: "one evaluation", 3: "3 evaluations"}[evaluation]
+    assert f"Interrupted; the gains are the best after {number} and are not verified." in printed.err
+    assert "verified no: the search was interrupted" in " ".join(printed.out.split())
+
+
 @pytest.mark.parametrize("advice", [None, "The heyoka engine simulates walks faster."])
 def test_a_faster_engine_is_recommended_before_a_search(capsys, monkeypatch, advice):
     def end(*_, **__):
@@ -112,7 +139,7 @@ def test_a_faster_engine_is_recommended_before_a_search(capsys, monkeypatch, adv
 
 
 def test_feedback_may_use_more_than_the_plan_of_each_actuator(capsys, tmp_path):
-    """A weak ankle says nothing about the hip, whose plan must not be cut off."""
+    """A weak ankle does not limit the hip, whose plan must not be cut off."""
     limits = {"ankle": 0.5, "hip": 6.0}
     gait = load(GAIT)
     file = save(dataclasses.replace(gait, problem={**gait.problem, "torque_limit": limits}), tmp_path / "gait.h5")

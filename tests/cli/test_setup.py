@@ -1,21 +1,22 @@
 """What a new user meets first: help, completion, gaitopt new, gaitopt doctor."""
 
+import ast
 import os
 import re
 import shlex
 import subprocess
 import sys
 from importlib import metadata
-from pathlib import Path
 
 import pytest
 import typer
 
 from gaitopt.cli import setup
 from gaitopt.cli.app import app
-from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT
+from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, find_robot_definition, read_scripts
 from gaitopt.cli.script import call_script
 from gaitopt.model import robot_named
+from gaitopt.model.physics import find_differences, physics_of
 from gaitopt.model.robots.catalogue import CATALOGUE
 from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
 
@@ -104,7 +105,9 @@ def test_an_installed_script_is_copied_with_what_it_imports(command, folder, roo
 def test_every_robot_of_the_catalogue_has_a_script_to_start_from(command, folder, name):
     assert set(SCRIPT_OF_ROBOT) == {*CATALOGUE, *PLANAR_CATALOGUE}
     assert command("new", "mine", "--robot", name).status == 0
-    assert call_script(folder / "mine.py", []).robot is robot_named(name)
+    robot = call_script(folder / "mine.py", []).robot
+    assert robot is not robot_named(name)  # the script defines it
+    assert find_differences(physics_of(robot), robot_named(name)) == ()
 
 
 def test_an_unknown_robot_and_two_sources_are_refused(command, folder):
@@ -194,8 +197,33 @@ def test_doctor_reports_an_extra_that_installs_nothing_on_this_system(command, m
     assert command("doctor", "--json").json["unavailable_extras"] == {}
 
 
-def test_a_script_of_a_robot_names_the_file_that_defines_the_robot(command, folder):
+def test_a_script_of_a_robot_contains_its_bodies_and_contacts(command, folder):
     wrote, defined = command("new", "mine", "--robot", "flat_foot_walker").out.splitlines()
     assert wrote == "wrote mine.py"
-    path = re.fullmatch("flat_foot_walker is defined in (.*): copy it to change bodies or contacts", defined).group(1)
-    assert "heel_length" in Path(path).read_text(encoding="utf-8")
+    assert defined == "flat_foot_walker is defined in mine.py: change its bodies, contacts and actuators there"
+    path = folder / "mine.py"
+    text = path.read_text(encoding="utf-8")
+    for part in ('Parameter("heel_length"', "RigidLink(", "PointContact(", "actuators={", "mirror={"):
+        assert text.count(part) >= 1, part
+    path.write_text(text.replace('Parameter("heel_length", 0.06', 'Parameter("heel_length", 0.09'), encoding="utf-8")
+    assert call_script(path, []).values["heel_length"] == 0.09
+
+
+@pytest.mark.parametrize("name", SCRIPT_OF_ROBOT)
+def test_a_definition_hides_no_name_of_its_script(name):
+    script, definition = (
+        {target for node in ast.parse(text).body for target in names_of(node)}
+        for text in (
+            next(iter(read_scripts(SCRIPT_OF_ROBOT[name]).values())),
+            find_robot_definition(name).read_text(encoding="utf-8"),
+        )
+    )
+    assert name in definition
+    assert script & definition == set()
+
+
+def names_of(node):
+    """Return the names that a statement at the top level of a file defines."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return [node.name]
+    return [target.id for target in node.targets] if isinstance(node, ast.Assign) else []

@@ -267,7 +267,7 @@ def test_a_failed_solve_with_its_own_objective_needs_its_script(command, script)
 
 
 def test_equal_settings_of_an_own_objective_share_nothing_with_others(command, script):
-    """Objectives are told apart by their fields, so another weight is another programme."""
+    """Objectives are distinguished by their fields, so another weight is another NLP."""
     script("SPEED = 0.6\n", "sibling.py")
     path = script(OWN)
     costs = [command("solve", path, "--set", f"weight={w}", "--json").json["solver"]["objective"] for w in (1, 2, 1)]

@@ -14,7 +14,7 @@ class ExampleFamily:
     """A map given by a formula; its derivative by differences within a piece."""
 
     function: Any
-    """(z, value) -> next z; pieces are told apart by `piece`."""
+    """(z, value) -> next z; pieces are distinguished by `piece`."""
     size: int
     steps: int = 1
     piece: Any = None
@@ -70,6 +70,9 @@ class ExampleFamily:
 
     def measures(self, z, value, sample):
         return {}
+
+    def apex_energy(self, z, value, sample):
+        return None
 
     def orbit(self, z, value, sample):
         return np.array(sample.passage[:-1])

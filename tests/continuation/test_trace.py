@@ -74,7 +74,11 @@ def test_a_branch_ends_where_the_wheel_no_longer_rolls_over():
     branch = trace(wheel, {"slope": (SLOPE, math.radians(1))}).branches[0]
     (end,) = branch.special
     assert (end.kind.key, end.after, branch.end) == ("roll_over", "fell", "roll_over")
-    assert end.value == pytest.approx(brentq(excess, 0.01, 0.1), abs=1e-8)
+    exact = brentq(excess, 0.01, 0.1, xtol=1e-15)
+    assert end.value == pytest.approx(exact, abs=1e-12)
+    assert abs(end.value - exact) <= end.width + 1e-14
+    # The rate after the impact is that with which the wheel just reaches its apex.
+    assert end.z[0] ** 2 == pytest.approx(2 * 9.8 / (4 / 3) * (1 - math.cos(math.pi / 10 - exact)), rel=1e-10)
 
 
 @pytest.mark.slow

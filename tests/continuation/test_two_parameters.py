@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from gaitopt import InputError, WalkProblem, load_diagram, rimless_wheel, trace
 from gaitopt.continuation import ArclengthOptions, TraceOptions, save_diagram, trace_curve, two_parameters
@@ -67,6 +68,27 @@ def test_a_curve_agrees_with_traces_across_it(wheel, diagram):
         )
         assert point.value == pytest.approx(friction, abs=1e-9)
         assert (point.before, point.after) == (curve.before, curve.after)
+
+
+@pytest.mark.slow
+def test_the_curve_of_rolling_over_is_the_closed_form():
+    # Type A does not slip, so that its least slope (1.40 deg in Gamus & Or 2015) does not depend on the friction.
+    at = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(3), "friction": 0.95})
+    across = trace(at, {"slope": (math.radians(3), math.radians(1))}, options=LONG_STEPS)
+    curve = trace_curve(at, across, {"friction": (0.9, 1.0)}, options=LONG_STEPS)
+    assert curve.kind.key == "roll_over"
+    assert curve.values[:, 0] == pytest.approx(np.full(len(curve.values), least_slope()), abs=1e-9)
+    assert np.ptp(curve.values[:, 1]) == pytest.approx(0.1, abs=1e-9)
+
+
+def least_slope(half=math.pi / 10, inertia=1 / 3):
+    """Return the slope at which the rate of Type A after the impact carries the wheel just to its apex."""
+    kept = (math.cos(2 * half) + inertia) / (1 + inertia)
+
+    def excess(slope):
+        return kept * math.sqrt(math.sin(slope) * math.sin(half) / (1 - kept**2)) - math.sin((half - slope) / 2)
+
+    return brentq(excess, 0.01, 0.1, xtol=1e-15)
 
 
 @pytest.mark.slow

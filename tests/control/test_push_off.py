@@ -85,7 +85,7 @@ def test_a_gait_on_level_ground_has_the_multipliers_of_finite_differences(engine
 def test_the_derivative_of_a_step_with_events_is_exact(slip_gait, case):
     """Slip caused by the push-off itself, events of a law with pieces, limits met, and events during a slide.
 
-    The pieces of a plan have kinks, so finite differences of first order in the step are all one can ask for.
+    The pieces of a plan have kinks, so finite differences are of first order in the step at best.
     """
     motion, parameters = slip_gait.motion, slip_gait.motion.parameters
     feedback = joint_pd(ROBOT, motion, stiffness=20, damping=5)

@@ -1,6 +1,6 @@
 """Read damaged files by ``python -m tests.damage [COUNT]`` and report what happened.
 
-A child process reads the files; if it ends or does not return within TIME_LIMIT, another one goes on after the file.
+A child process reads the files; if it ends or does not return within TIME_LIMIT, another one continues after the file.
 """
 
 import subprocess

@@ -1,4 +1,4 @@
-"""Checks of pages in a browser: accessibility by axe-core, width, and pictures.
+"""Checks of pages in a browser: accessibility by axe-core, width, pictures, and requests to other hosts.
 
 ``python -m tests.docs.accessibility build/docs`` checks the pages of a built site, in the light theme at the width of a
 screen and in the dark theme at that of a phone, and lists what is wrong; the exit status is 1 if anything is.  Names of
@@ -57,12 +57,23 @@ def check_site(site, names=()):
 def check_view(browser, address, names, theme, width):
     """Yield what is wrong with pages in a theme and at a width."""
     context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme, bypass_csp=True)
-    context.route("**/*", lambda route: route.continue_() if route.request.url.startswith(address) else route.abort())
+    foreign = []
+
+    def serve(route):
+        """Answer requests to the site only, as for a reader without a network; record the others."""
+        if route.request.url.startswith(address):
+            return route.continue_()
+        foreign.append(route.request.url)
+        return route.abort()
+
+    context.route("**/*", serve)
     page = context.new_page()
     for name in names:
+        foreign.clear()
         page.goto(address + name)
         faults = find_violations(page, (*THEME, *TABLES)) + page.evaluate(BROKEN)
         faults += ["the page is wider than the screen"] if page.evaluate(OVERFLOW) else []
+        faults += [f"the page needs {url}" for url in foreign]
         yield from (f"{name}, {theme}, {width} px: {fault}" for fault in faults)
     context.close()
 

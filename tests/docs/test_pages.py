@@ -1,4 +1,4 @@
-"""Pages: links lead somewhere, and what is made from the code is whole.  Code blocks are tests of their own."""
+"""Pages: links lead somewhere, and what is made from the code is whole.  Code blocks are separate tests."""
 
 import ast
 import re

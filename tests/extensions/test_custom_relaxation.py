@@ -1,4 +1,4 @@
-"""A relaxation from outside the package, in one file, with an unknown of its own for each complementarity pair."""
+"""A relaxation from outside the package, in one file, with an additional unknown for each complementarity pair."""
 
 from dataclasses import dataclass
 

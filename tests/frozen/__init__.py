@@ -3,7 +3,7 @@
 Changes of the stored numbers
 -----------------------------
 Absolute work is minimised and reported exactly; before, it was the trapezoidal rule at the collocation points, off by
-up to 2 % in these problems.  Results that minimise a work, or start from such a gait, were computed again.  Of the
+up to 2 % in these problems.  Results that minimise a work, or start from such a gait, were computed again.  In
 results of other objectives only `cost_of_transport` was replaced, by at most 6e-5: the zeros of the powers of a plan
 are located.  Their motions and objectives are as before.
 

@@ -58,7 +58,7 @@ class HipCompass:
         )
 
     def landing(self, th, rate):
-        """Return (q, v) with leg A at rest on the ground, leaning back, and leg B ahead: a' = -1, b' = rate."""
+        """Return (q, v) with leg A standing still, leaning back, and leg B ahead: a' = -1, b' = rate."""
         q = np.array([0.0, self.length * np.cos(th), -th, th])
         return q, np.array([self.length * np.cos(th), -self.length * np.sin(th), -1.0, rate])
 

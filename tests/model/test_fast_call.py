@@ -1,4 +1,4 @@
-"""FastCall calls give what plain calls give, in memory of their own."""
+"""FastCall calls give what plain calls give, in separate memory."""
 
 import casadi as ca
 import numpy as np

@@ -24,7 +24,7 @@ def residuals(robot, q, v, p, impact, friction):
     """Residuals of the momentum balance and of the four pairs, relative to the impulse."""
     momentum, foot = (np.asarray(part).ravel() for part in robot.impact(q, v, impact.v_plus, impact.impulse, p))
     tangential, normal = impact.impulse
-    if math.isinf(friction):  # the fourth pair then says only that the foot does not slip
+    if math.isinf(friction):  # the fourth pair then only requires that the foot does not slip
         left, right = [normal, abs(foot[0])], [foot[1], 1.0]
     else:
         a, b = max(tangential, 0.0), max(-tangential, 0.0)

@@ -16,7 +16,7 @@ COMPASS = HipCompass()
 
 
 def land(th, rate, mu):
-    """Return the outcome of the compass landing on B while A is at rest on the ground."""
+    """Return the outcome of the compass landing on B while A stands still."""
     q, v = COMPASS.landing(th, rate)
     return solve_multicontact_impact(COMPASS.mass_matrix(q), v, COMPASS.contacts(q, v), (mu, mu))
 

@@ -138,7 +138,7 @@ def test_a_damaged_text_is_refused_before_casadi_reads_it(monkeypatch):
 
 
 def test_a_robot_of_a_newer_casadi_is_refused_with_both_versions(monkeypatch):
-    """What CasADi 3.7 says to a Function that 3.8 wrote."""
+    """The error is that of CasADi 3.7 for a Function that 3.8 wrote."""
 
     def refuse(text):
         raise RuntimeError(

@@ -1,4 +1,4 @@
-"""Impacts solved in several threads at once do not share memory."""
+"""Impacts solved in several concurrent threads do not share memory."""
 
 from concurrent.futures import ThreadPoolExecutor
 

@@ -17,12 +17,12 @@ def path(slip_gait, tmp_path):
     return save(slip_gait, tmp_path / "gait.h5")
 
 
-def fails(path, says):
+def fails(path, expected):
     with pytest.raises(ArchiveError) as caught:
         load(path)
     message = str(caught.value)
     assert str(path) in message
-    assert says in message
+    assert expected in message
 
 
 def test_missing_file(tmp_path):

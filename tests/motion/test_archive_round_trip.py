@@ -54,7 +54,7 @@ def awkward(slip_gait):
                 separable=False,
             ),
         ),
-        warnings=("a duration rests on its bound", 'quotes " and \\ and\nlines'),
+        warnings=("a duration is at its bound", 'quotes " and \\ and\nlines'),
     )
     verification = Verification(False, "", "fell", math.inf, 0.1, math.nan, math.nan, -math.inf, ("because", "∞"))
     motion = slip_gait.motion

@@ -41,7 +41,7 @@ def test_the_reference_sequence():
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("stick", "exactly one '|'"),
         ("stick | stick | stick", "exactly one '|'"),
@@ -57,10 +57,10 @@ def test_the_reference_sequence():
         ("Stick | stick", "unknown mode 'Stick'"),
     ],
 )
-def test_a_mistake_is_named_with_the_sequence_it_is_in(text, says):
+def test_a_mistake_is_named_with_the_sequence_it_is_in(text, message):
     with pytest.raises(SequenceError) as caught:
         ContactSequence.parse(text)
-    assert says in str(caught.value)
+    assert message in str(caught.value)
     assert text.strip() in str(caught.value)
 
 

@@ -1,4 +1,4 @@
-"""Gait: what it says about itself, and when it lets itself be used."""
+"""Gait: its description, and the conditions under which it is accepted."""
 
 import dataclasses
 

@@ -69,6 +69,8 @@ WALKER = [
     (put("motion/segments/0000/time", 1.0), r"time of phase 1 is \(\), accepted: a vector of increasing times"),
     (put("motion/segments/0000/time", np.zeros(0)), "time of phase 1"),
     (fill("motion/segments/0000/time", 9.0), "time of phase 1"),
+    (fill("motion/segments/0000/time", np.nan), "time of phase 1"),
+    (fill("motion/segments/0000/torque", 1e200), r"torque in phase 1 is not finite, accepted: .* at most 1e\+100"),
     (put("motion/segments/0000/points", np.zeros((2, 1, 1))), "shape of points in phase 1"),
     (fill("motion/segments/0000/v", np.nan), "v in phase 1 is not finite"),
     (fill("motion/jumps/0000/impulse", np.inf), "impulse in touchdown 1 is not finite"),

@@ -1,4 +1,4 @@
-"""LinkRoles: legs are told apart from the points and links of a motion alone."""
+"""LinkRoles: legs are identified from the points and links of a motion alone."""
 
 from dataclasses import replace
 

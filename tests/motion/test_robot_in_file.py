@@ -35,7 +35,7 @@ def custom_file(slip_gait, tmp_path):
 
 
 def run(program, *arguments):
-    """Return what a program prints in a process of its own."""
+    """Return what a program prints in a separate process."""
     command = [sys.executable, "-c", program, *map(str, arguments)]
     ran = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     assert ran.returncode == 0, ran.stderr
@@ -207,7 +207,7 @@ def test_a_damaged_robot_does_no_harm_to_intact_files(custom_file, tmp_path, sli
 
 
 def test_a_robot_of_a_newer_casadi_can_be_given(slip_gait, tmp_path, monkeypatch):
-    """The physics are beside it and tell whether it is the same."""
+    """The physics are beside it and show whether it is the same."""
     path = save(slip_gait.with_robot(biped("mine", order=-1)), tmp_path / "newer.h5")
 
     def refuse(record, contact_model=None):

@@ -115,7 +115,7 @@ def test_a_start_from_which_it_diverges_is_left_to_the_other_solver(newton_runs)
 
 @pytest.mark.parametrize("start", [-1e-9, -5.0, 0.1 - 1e-9])
 def test_a_start_outside_of_a_bound_does_not_stay_at_it(start):
-    """The least of (x - 3)^2 is within the bounds; a variable a hair outside of one is not held there."""
+    """The least of (x - 3)^2 is within the bounds; a variable just outside of one does not stay there."""
     nlp = small_nlp(lambda x, z: (x[0] - 3) ** 2 + x[1] ** 2, lambda x, z: [x[1]])
     for low in (0.0, 0.1):
         found = minimised(nlp, [start, 0], 0.0, [(low, 9), (-9, 9)], [(-9, 9)])

@@ -182,7 +182,7 @@ def test_a_file_of_an_earlier_version_has_no_estimate():
 
 
 def test_the_factor_of_the_error():
-    """The objective is 1 + 2 times the variation; grids of about the same variation say nothing."""
+    """The objective is 1 + 2 times the variation; grids of about the same variation have no influence."""
     last = GridCost(1.2, 0.1)
     assert estimate_factor([GridCost(3.0, 1.0)], last) == pytest.approx(2.0)
     assert estimate_factor([GridCost(3.0, 1.0), GridCost(1.4, 0.11), last], last) == pytest.approx(2.0)

@@ -58,7 +58,7 @@ def test_the_replay_has_the_optimised_parameters(gait):
 
 
 def test_no_fixed_design_has_a_lower_cost(gait):
-    """The optimum is at most the cost of each design of a grid, and that of its own design."""
+    """The optimum is at most the cost of each design of a grid, and equals that of its design."""
     costs = [
         solve(at(PROBLEM, {"leg_com": com, "hip_mass": mass})).solver.objective
         for com, mass in itertools.product(np.linspace(0.4, 1.2, 5), (1.0, 3.0))

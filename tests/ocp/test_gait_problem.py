@@ -67,7 +67,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"parameters": {"friction": 0.2}}, r"friction must be passed as GaitProblem\(friction=...\)"),
         ({"limits": Limits(torque=0)}, "Limits.torque is 0 for every actuator"),
         ({"limits": Limits(torque={"knee": 3})}, "no actuator 'knee'"),
-        ({"objective": "cheap"}, "no objective 'cheap'"),
+        ({"objective": "comfort"}, "no objective 'comfort'"),
         ({"speed": 0}, "speed must be greater than 0"),
         ({"speed": (0.8, 0.6)}, "speed: the lower bound"),
         ({"step_length": 5.0}, "step_length 5 m is longer than the 3.2 m the robot can reach"),

@@ -37,7 +37,7 @@ ROBOT = compass_biped()
 
 @pytest.fixture(scope="module")
 def problem():
-    """Return a problem whose cheapest plan swings its leg, which no torque drives, twice: a step at half its rhythm."""
+    """Return a problem whose best plan swings its leg, which no torque drives, twice: a step at half its rhythm."""
     return GaitProblem(
         robot=ROBOT,
         sequence="stick | stick",

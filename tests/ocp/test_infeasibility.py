@@ -1,4 +1,4 @@
-"""Infeasible problems: quick reports with the limits that conflict, told apart from iteration limits."""
+"""Infeasible problems: quick reports with the limits that conflict, distinguished from iteration limits."""
 
 import math
 from dataclasses import replace

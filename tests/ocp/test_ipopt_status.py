@@ -43,7 +43,7 @@ def test_progress_counts_iterations_and_ends_feasible(problem):
     gait = solve(problem, observer=seen.append)
     assert gait.status is Status.SOLVED
     numbers = [step.number for step in seen]
-    # A refinement of the integration starts to count anew.
+    # With a refinement of the integration the count starts again.
     assert all(number in (0, before + 1) for before, number in itertools.pairwise(numbers))
     assert numbers[0] == 0
     assert len(seen) == gait.solver.iterations + numbers.count(0)

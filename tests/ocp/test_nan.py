@@ -157,7 +157,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
 
 
 def _seen_by_the_tap(g, f):
-    """Return (violation told to the observer, whether the iterate is kept) for values of constraints and objective."""
+    """Return (violation that the observer receives, whether the iterate is kept) for values of an NLP."""
     told, tap = [], IterationCallback(Nlp(functions={}, derivatives={}, objective=None, n_variables=2, n_constraints=2))
     nothing = np.zeros(0)
     tap.watch(

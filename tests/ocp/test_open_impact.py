@@ -20,7 +20,7 @@ OPEN, CLOSED = "slip+ stick | any", ("slip+ stick | stick", "slip+ stick | slip+
 
 @pytest.fixture(scope="module")
 def found(reference_problem):
-    """Return the open problem's gait at friction 0.14, replayed, and the steps its observer was told."""
+    """Return the open problem's gait at friction 0.14, replayed, and the steps that its observer received."""
     steps = []
     gait = solve(reference_problem(sequence=OPEN), observer=steps.append)
     return verify(gait), [step for step in steps if isinstance(step, HomotopyIteration)]
@@ -89,14 +89,14 @@ def test_an_impact_on_the_edge_of_its_cone_proposes_both_that_meet_there(referen
 
 
 def test_a_sticking_impact_exactly_on_its_cone(reference_problem, solved):
-    """The cheapest sticking gait at low friction lands with its impulse on the cone, where slipping begins."""
+    """The sticking gait of lowest cost at low friction lands with its impulse on the cone, where slipping begins."""
     gait = solve(reference_problem(sequence="stick | any", intervals=20))
     assert gait.status.ok
     assert abs(gait.motion.jumps[0].ratio) == pytest.approx(0.14, rel=2e-3)
     assert gait.cost_of_transport == pytest.approx(solved(intervals=20).cost_of_transport, abs=1e-6)
     assert gait.proposal.complementarity <= Homotopy().tolerance
     assert gait.proposal.stationarity.startswith("B: a pair is biactive")
-    assert gait.proposal.sequences == ("stick | stick",)  # slip+ cannot be: the step begins sticking
+    assert gait.proposal.sequences == ("stick | stick",)  # slip+ is impossible: the step begins sticking
 
 
 def test_a_biactive_impact_is_solved_both_ways(reference_problem, monkeypatch):
@@ -108,7 +108,7 @@ def test_a_biactive_impact_is_solved_both_ways(reference_problem, monkeypatch):
     assert gait.proposal.sequences == (
         "slip+ stick | slip+",
         "slip+ stick | stick",
-    )  # cheapest first, and only what fits
+    )  # in the order of cost, and only matching ones
     assert str(gait.sequence) == "slip+ stick | slip+"
     assert gait.proposal.stationarity.startswith("B: a pair is biactive")
 
@@ -195,7 +195,7 @@ def test_too_few_steps_are_told(reference_problem):
 
 
 def test_a_wrong_proposal_is_unconfirmed(reference_problem, monkeypatch):
-    """A closed contact sequence dearer than the relaxed problem, as when the homotopy lost its way, is no solution."""
+    """A closed contact sequence of higher cost than the relaxed problem, as after a failed homotopy, is no solution."""
     monkeypatch.setattr("gaitopt.ocp.mode_search.impact_proposal.list_outcomes_near", lambda *impact: [Mode.STICK])
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
     gait = solve(reference_problem(sequence=OPEN, intervals=10))

@@ -121,7 +121,7 @@ def test_runs_of_equal_modes():
         ModeRun(BACKWARD, 4, 3),
         ModeRun(STICK, 7, 1),
     ]
-    # A creep below the least speed of a slide is none.
+    # A creep below the least speed of a slide is no slide.
     assert find_runs(np.array([0.0, 0.005, 0.004, 0.0]), 0.01) == [ModeRun(STICK, 0, 3)]
 
 

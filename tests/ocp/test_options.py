@@ -1,4 +1,4 @@
-"""What else a problem may ask for: idle actuators, torque rates, a free slope, regeneration, other transcriptions."""
+"""Further options of a problem: idle actuators, torque rates, a free slope, regeneration, other transcriptions."""
 
 import math
 

@@ -67,7 +67,7 @@ def test_an_interrupt_of_the_search_for_conflicts_is_reported(refused):
 
 
 def test_a_plan_that_is_not_accurate_between_its_nodes_is_not_solved(monkeypatch):
-    """If a finer grid has no solution, the plan keeps its error between nodes, and its status says so."""
+    """If a finer grid has no solution, the plan keeps its error between nodes, and its status states this."""
 
     def solve_coarse_grid_only(start, problem, *arguments, is_near=False, **options):
         result = solve_grid(start, problem, *arguments, is_near=is_near, **options)
@@ -122,7 +122,7 @@ def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monk
         gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in transcription.constraints.entries)
         return {next(row for row, is_gap in enumerate(gap) if is_gap): -1.0}
 
-    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_solver.find_early_touchdowns", find_row)
+    monkeypatch.setattr("gaitopt.ocp.multicontact.grid_result.find_early_touchdowns", find_row)
     gait = solve_planar(walk("foot A stick |", transcription=Collocation(intervals=10)))
     assert gait.status is Status.PLAN_INACCURATE
     (warning,) = gait.solver.warnings

@@ -89,6 +89,6 @@ def test_positive_work_is_counted_by_its_own_objective(solved):
     assert gait.verification.passed
     paid = positive_work(gait.motion) / (WEIGHT * gait.step_length)
     assert gait.solver.objective == pytest.approx(paid, rel=5e-3)
-    # The optimum of an objective is no dearer by it than the optimum of another.
+    # Measured by an objective, its optimum does not cost more than the optimum of another.
     other = solved(sequence=STICK)
     assert paid <= positive_work(other.motion) / (WEIGHT * other.step_length) * (1 + 1e-3)

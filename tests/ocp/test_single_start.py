@@ -1,4 +1,4 @@
-"""How a solve goes on: coarse grids, refinement, other starts, and what is kept of one that is stopped."""
+"""The course of a solve: coarse grids, refinement, other starts, and what is kept of one that is stopped."""
 
 import gc
 import math

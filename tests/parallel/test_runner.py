@@ -18,7 +18,7 @@ from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
 from gaitopt.parallel.executors import ExternalExecutor
 from gaitopt.parallel.runner import collect_tasks, run_tasks
-from gaitopt.parallel.task_graph import Task
+from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 from tests.parallel import works
 
 TWO = Execution(workers=2)
@@ -173,7 +173,7 @@ ORPHANS = """
     import os, signal, time
     from gaitopt import Execution
     from gaitopt.parallel.runner import run_tasks
-    from gaitopt.parallel.task_graph import Task
+    from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
     from tests.parallel import works
 
     if __name__ == "__main__":
@@ -280,3 +280,17 @@ def test_what_is_done_meanwhile_is_done_once_while_tasks_run():
     with ThreadPoolExecutor(1) as threads:
         assert results(work, chain(4), execution=Execution(executor=threads), meanwhile=meanwhile).keys() == set("0123")
     assert calls == ["called"]
+
+
+def test_workers_take_the_longest_chain_first():
+    """The last of these tasks is where they would wait for each other at the end."""
+    tasks = [Task("a"), Task("b"), Task("c1"), Task("c2", needs=("c1",)), Task("c3", needs=("c2",))]
+
+    def order(**options):
+        queue, keys = TaskQueue(tasks, {}, **options), []
+        while (task := queue.next()) is not None:
+            keys.append(queue.finish(TaskOutcome(task, None)).task.key)
+        return keys
+
+    assert order() == ["a", "b", "c1", "c2", "c3"]
+    assert order(longest_first=True) == ["c1", "c2", "a", "b", "c3"]

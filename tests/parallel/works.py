@@ -1,4 +1,4 @@
-"""Work for the runner's tests: workers import it, so it lies in a module of its own."""
+"""Work for the runner's tests: workers import it, so it is a separate module."""
 
 import os
 import signal

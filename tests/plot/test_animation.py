@@ -15,7 +15,7 @@ QUICK = {"steps": 2, "fps": 5, "slow": 1.0}
 
 @pytest.fixture(scope="module")
 def gif(slipping, tmp_path_factory):
-    """Return a GIF, and what its observer was told."""
+    """Return a GIF, and what its observer received."""
     told = []
     path = tmp_path_factory.mktemp("gif") / "gait.gif"
     animate(slipping, path, **QUICK, observer=lambda done, total: told.append((done, total)))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
 
-from gaitopt import FigureStyle, compare, plot_comparison, plot_gait
+from gaitopt import FigureStyle, InputError, compare, plot_comparison, plot_gait
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.plot.insets import ForceDiagram, Header
 from gaitopt.plot.style import LINES, line_style
@@ -155,3 +155,8 @@ def test_the_bar_between_phases_and_impact_is_never_highlighted(slipping_both_wa
         texts = [text for text in figure.findobj(Text) if text.get_bbox_patch() is not None]
         highlighted |= {text.get_text() for text in texts}
     assert highlighted == {"slip+", "stick", "slip-"}
+
+
+def test_a_comparison_names_a_gait_that_is_not_finite(slipping, not_a_number):
+    with pytest.raises(InputError, match="The gait 'second' has no duration or is not finite"):
+        plot_comparison(compare({"first": slipping, "second": not_a_number}))

@@ -70,7 +70,7 @@ EXPLAINED = {
         "Type D: least friction",
     }
 }
-"""Published numbers that do not come out; the remarks of the study say so."""
+"""Published numbers that do not come out; the remarks of the study state this."""
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""Optimal gaits of the actuated compass biped without gaitopt, by a transcription of its own.
+"""Optimal gaits of the actuated compass biped without gaitopt, by an independent transcription.
 
 Robot of tests/newton_euler on level ground, 0.633 m/s, 0.4713 m, torques within 6 N m, friction 0.14: least cost of
 transport, the integral of the absolute actuator power per weight and travel, of the sequences "stick | stick" and
@@ -136,7 +136,7 @@ class Plan:
 
 
 class Programme:
-    """The variables of the nonlinear programme with their start and bounds, by blocks."""
+    """The variables of the NLP with their start and bounds, by blocks."""
 
     def __init__(self):
         self.variables, self.start, self.lower, self.upper = [], [], [], []
@@ -225,7 +225,7 @@ def passive_motion():
 
 @dataclass(frozen=True)
 class Driven(Compass):
-    """The compass biped under planned torques; its state goes on with the time and the work of the actuators."""
+    """The compass biped under planned torques; its state is extended by the time and the work of the actuators."""
 
     plan: Plan = None
 

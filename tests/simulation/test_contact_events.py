@@ -99,7 +99,7 @@ def test_a_sticking_impact_may_be_followed_at_once_by_slip(compass_walk, gait_b,
 
 
 def test_a_slip_that_starts_from_rest_lasts(wheel_walk, compass_walk, gait_b):
-    """Its speed is zero where it starts: an undirected event there would end it at once."""
+    """Its speed is zero where it starts: an undirected event there would end it immediately."""
     walk = wheel_walk(0.88, mu=0.3)
     stuck, sliding = walk.motion.segments
     assert (stuck.mode, sliding.mode) == (Mode.STICK, Mode.SLIP_FORWARD)
@@ -146,7 +146,7 @@ def test_slip_grows_from_the_edge_of_the_cone_with_the_square_of_time(wheel_walk
     time = sliding.time - sliding.time[0]
     early = (time > 1e-3) & (time < 2e-2)
     if early.sum() < 2:
-        pytest.fail("too few samples to tell")
+        pytest.fail("too few samples for a fit")
     slope = np.polyfit(np.log(time[early]), np.log(sliding.v[0, early]), 1)[0]
     assert slope == pytest.approx(2.0, abs=0.05)
 

@@ -337,7 +337,7 @@ def test_recorded_arc(slip_gait):
 
 @pytest.mark.parametrize("gap", [8e-10, 1e-12])
 def test_work_of_a_stretch_however_short_is_counted(slip_gait, gap):
-    """A breakpoint of the law a hair before the touchdown: the joints work there too, and the ledger closes."""
+    """A breakpoint of the law immediately before the touchdown: the joints work there too, and the ledger closes."""
     first, law = slip_gait.motion.segments[0], feedforward(COMPASS, slip_gait.motion)
     walk = simulate(COMPASS, first.q[:, 0], first.v[:, 0], slip_gait.motion.parameters, law=law, engine=FAST)
     early = walk.motion.jumps[0].time - gap - law.breakpoints[-1]

@@ -18,7 +18,7 @@ COMPASS, WHEEL = compass_biped(), rimless_wheel()
 
 
 def between(lower, upper):
-    """Return one of a thousand numbers; a state of 1e-300 next to an unstable equilibrium could only tell rounding."""
+    """Return one of a thousand numbers; a state of 1e-300 next to an unstable equilibrium would only test rounding."""
     return st.integers(0, 1000).map(lambda part: lower + (upper - lower) * part / 1000)
 
 
@@ -81,7 +81,7 @@ def walk_of(robot, hand, q, v, engine):
     walk = simulate(robot, q, v, hand.parameters, steps=3, engine=chosen, step_limits=patience)
     weight = walk.motion.total_mass * gravity
     for segment in walk.motion.segments:
-        if segment.time[-1] > segment.time[0]:  # a foot that the ground would have to pull lifts off at once
+        if segment.time[-1] > segment.time[0]:  # a foot that the ground would have to pull lifts off immediately
             check_forces(segment, hand, weight)
     for jump in walk.motion.jumps:
         check_impact(robot, jump, hand, walk.motion.parameters)

@@ -44,7 +44,7 @@ def test_the_example_passes(slip_gait):
     assert verdict.period_error < 1e-7
     assert verdict.energy_residual < 1e-8
     assert verdict.cost_of_transport == pytest.approx(0.01586, abs=1e-5)
-    assert verdict.cone_margin == pytest.approx(0.001, abs=2e-5)  # the margin asked for
+    assert verdict.cone_margin == pytest.approx(0.001, abs=2e-5)  # the requested margin
 
 
 def test_the_replay_forgets_the_plan(slip_gait, compass):
@@ -141,7 +141,7 @@ def test_a_wrong_state_after_touchdown_in_the_plan(slip_gait, field, entry):
 
 
 def test_a_wrong_period_in_the_plan(slip_gait):
-    """The last sample is held, so the walk is nearly the same; the plan says it takes longer."""
+    """The last sample is kept, so the walk is nearly the same; in the plan it takes longer."""
     *rest, last = slip_gait.motion.segments
     time = last.time.copy()
     time[-1] += 1e-4

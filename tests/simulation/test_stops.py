@@ -200,7 +200,7 @@ def test_frictionless_foot_is_pushed_along_by_nothing(compass_walk):
 
 
 @pytest.mark.parametrize(
-    ("q", "v", "says"),
+    ("q", "v", "message"),
     [
         ([0, 0, 0.1], [0, 0, 0, 0], r"q needs 4 entries \(x, y, th1, th2\), got shape \(3,\)"),
         ("here", [0, 0, 0, 0], r"q needs numbers \(x, y, th1, th2\), got 'here'"),
@@ -210,8 +210,8 @@ def test_frictionless_foot_is_pushed_along_by_nothing(compass_walk):
         ([0, 0, 0.1, 0.1], [0, 0.1, 0, 0], r"normal velocity v\[1\] must be 0, got 0.1"),
     ],
 )
-def test_a_state_that_cannot_be_is_refused(compass, q, v, says):
-    with pytest.raises(InputError, match=says):
+def test_a_state_that_cannot_be_is_refused(compass, q, v, message):
+    with pytest.raises(InputError, match=message):
         simulate(compass, q, v, {"friction": 0.3})
 
 
@@ -221,7 +221,7 @@ def test_a_parameter_that_cannot_be_is_refused(compass):
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"events": 0}, "events must be at least 1"),
         ({"events": 1.5}, "events must be a whole number"),
@@ -229,6 +229,6 @@ def test_a_parameter_that_cannot_be_is_refused(compass):
         ({"duration": np.inf}, "duration must be a finite number"),
     ],
 )
-def test_limits_that_cannot_be_are_refused(options, says):
-    with pytest.raises(InputError, match=says):
+def test_limits_that_cannot_be_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
         StepLimits(**options)

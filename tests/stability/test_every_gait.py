@@ -147,7 +147,7 @@ def test_a_state_starts_a_gait_of_several_steps():
 
 
 @pytest.mark.parametrize(
-    ("starts", "says"),
+    ("starts", "message"),
     [
         ([{"theta_rat": 2.0}], "no coordinate 'theta_rat'"),
         ([{}], "needs a value for theta_rate"),
@@ -156,8 +156,8 @@ def test_a_state_starts_a_gait_of_several_steps():
         ("many", "starts must be"),
     ],
 )
-def test_invalid_starts_are_reported(starts, says):
-    with pytest.raises(InputError, match=says):
+def test_invalid_starts_are_reported(starts, message):
+    with pytest.raises(InputError, match=message):
         find_on_slope(WHEEL, 13, starts=starts)
 
 

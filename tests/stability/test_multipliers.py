@@ -51,7 +51,7 @@ def test_both_engines_have_the_same_derivative(study_gait):
 
 
 def test_gaits_of_both_robots_have_no_to_three_events(cycle):
-    """Changes of mode between touchdowns, as each robot's contact sequences tell them."""
+    """Changes of mode between touchdowns, as each robot's contact sequences list them."""
     found = {(find[0]().name, len(cycle(find[0](), *find[1:]).sequences[0].phases) - 1) for find in GAITS.values()}
     assert found >= {(robot, events) for robot in ("compass_biped", "rimless_wheel") for events in range(4)}
 

@@ -1,4 +1,4 @@
-"""Derivatives on both sides of an impact that rests on the edge of its friction cone."""
+"""Derivatives on both sides of an impact exactly on the boundary of its friction cone."""
 
 import math
 

@@ -37,15 +37,15 @@ def test_no_gait_on_level_ground():
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ({"starts": 0}, "starts must be at least 1"),
         ({"steps": 0}, "steps must be at least 1"),
         ({"sequence": "stick | slip+"}, "is not periodic"),
     ],
 )
-def test_a_search_that_cannot_be_is_refused(options, says):
-    with pytest.raises(InputError, match=says):
+def test_a_search_that_cannot_be_is_refused(options, message):
+    with pytest.raises(InputError, match=message):
         find_cycles(rimless_wheel(), {}, **options)
 
 

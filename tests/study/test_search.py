@@ -1,4 +1,4 @@
-"""The search for the cheapest contact sequence."""
+"""The search for the contact sequence of lowest cost."""
 
 import json
 from dataclasses import replace
@@ -120,7 +120,7 @@ def test_longer_sequences_start_from_shorter_ones_and_all_get_a_second_look():
 
 
 def test_a_gait_in_disguise_is_merged_unless_it_is_cheaper(slip_gait):
-    """At friction 0.205 the cheapest slide is shorter than allowed, and yet cheaper than none."""
+    """At friction 0.205 the slide of lowest cost is shorter than allowed, but costs less than no slide."""
     slip, sequence = slip_gait, ContactSequence.parse("stick | stick")
     is_degenerate = judge_gait(slip, slip.motion.segments[0].duration, None)
     assert is_degenerate.merged_into == sequence

@@ -1,4 +1,4 @@
-"""Which contact sequences there are, which cannot be, and which are others in disguise."""
+"""Contact sequences: the possible ones, the impossible ones, and degenerate cases of others."""
 
 from dataclasses import replace
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import signal
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from gaitopt import (
     simulate,
     tune_feedback,
 )
+from gaitopt.progress import TuningStep
 from gaitopt.tuning import ControllerFamily, Gain, controller_family_named
 
 QUICK = GainSearchOptions(samples=3, starts=1, evaluations=15)
@@ -86,6 +88,42 @@ def test_the_verified_radius_is_one_from_which_walks_return(slipping, tuned):
 def test_same_seed_same_gains(slipping, design, tuned):
     again = tune_feedback(slipping, design, search=QUICK, test=PushTest(starts=1, resolution=0.9))
     assert again.gains == tuned.gains
+
+
+@pytest.mark.parametrize("evaluation", [2, 8])
+def test_ctrl_c_ends_the_search_with_the_best_gains_so_far(slipping, design, tuned, evaluation):
+    """Among the random gains and among those of the simplex method, which an uninterrupted search evaluates too."""
+
+    def interrupt(step):
+        if step.number == evaluation:
+            signal.raise_signal(signal.SIGINT)
+
+    found = tune_feedback(slipping, design, search=QUICK, test=PushTest(starts=1), observer=interrupt)
+    assert found.trials == tuned.trials[:evaluation]
+    assert found.gains == min(found.trials, key=lambda trial: trial.objective).gains
+    assert found.radius_after == assess_stability(slipping, found.law).radius
+    assert (found.search_interrupted, tuned.search_interrupted) == (True, False)
+    assert (found.verified.interrupted, found.verified.radius) == (True, 0.0)
+
+
+def test_ctrl_c_in_the_last_evaluation_ends_the_verification_only(slipping, design):
+    def interrupt(step):
+        if isinstance(step, TuningStep) and step.number == step.limit:
+            signal.raise_signal(signal.SIGINT)
+
+    search = GainSearchOptions(samples=0, starts=1, evaluations=1)
+    found = tune_feedback(slipping, design, search=search, test=PushTest(starts=1), observer=interrupt)
+    assert (found.search_interrupted, found.verified.interrupted) == (False, True)
+
+
+def test_a_second_ctrl_c_ends_the_search_without_a_result(slipping, design):
+    def interrupt(_):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        tune_feedback(slipping, design, search=QUICK, observer=interrupt)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_worst_friction_counts(slipping, design):

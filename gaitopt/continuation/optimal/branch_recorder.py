@@ -8,13 +8,10 @@ import numpy as np
 from gaitopt.continuation.optimal.cost_extremum import has_flat_cost, locate_cost_extremum
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalSpecialPoint
-from gaitopt.continuation.optimal.optimum_replay import (
-    OptimumReplay,
-    Replayer,
-    solve_result,
-)
+from gaitopt.continuation.optimal.optimum_replay import OptimumReplay, Replayer
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.continuation.optimal.path_items import PathChange, PathKind, PathPoint
+from gaitopt.ocp.solution.node_placement import read_ramps
 from gaitopt.simulation.engine import Engine
 
 COLUMNS = ("values", "costs", "cost_slopes", "cost_errors", "negative", "dependent", "strictness", "active")
@@ -126,7 +123,7 @@ class BranchRecorder:
         """Return the estimated relative error of the cost on this grid."""
         if math.isnan(self.cost_factor):
             return math.nan
-        ramps = solve_result(optimum).ramps
+        ramps = read_ramps(self.nlp.transcription, optimum.point.x)
         typical = 1e-6 * self.nlp.problem.objective.typical
         return math.nan if ramps is None else self.cost_factor * ramps.variation / max(abs(optimum.cost), typical)
 

@@ -34,26 +34,36 @@ LARGEST_RESIDUAL = 1e-9
 LARGEST_STEP = 30.0
 """Scaled Newton step above which the iteration is abandoned."""
 
-Condition = Callable[[KktLinearisation], tuple[Array, float, float]]
-"""Function that returns the derivatives of an equation (by the packed vector, by the parameter) and its residual."""
+
+@dataclass(frozen=True, eq=False)
+class CurveCondition:
+    """The equation that selects a point of a curve.
+
+    Attributes
+    ----------
+    residual : KktLinearisation -> float
+    slopes : KktLinearisation -> ((k,) array, float)
+        Derivatives of the residual by the packed vector and by the parameter.
+    """
+
+    residual: Callable[[KktLinearisation], float]
+    slopes: Callable[[KktLinearisation], tuple[Array, float]]
 
 
-def at_value(value: float) -> Condition:
+def at_value(value: float) -> CurveCondition:
     """Return the condition that the parameter has a value."""
+    return CurveCondition(
+        residual=lambda linear: linear.point.value - value,
+        slopes=lambda linear: (np.zeros(linear.active.count), 1.0),
+    )
 
-    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
-        return np.zeros(linear.active.count), 1.0, linear.point.value - value
 
-    return condition
-
-
-def at_zero_margin(index: int) -> Condition:
+def at_zero_margin(index: int) -> CurveCondition:
     """Return the condition that the multiplier of an active constraint, or the slack of an inactive one, is zero."""
-
-    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
-        return *linear.differentiate_margin(index), float(linear.margins[index])
-
-    return condition
+    return CurveCondition(
+        residual=lambda linear: float(linear.margins[index]),
+        slopes=lambda linear: linear.differentiate_margin(index),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,44 +79,47 @@ class Metric:
         return weights, self.nlp.width**-2.0
 
 
-def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> Condition:
+def at_distance(metric: Metric, tangent: tuple[Array, float], predicted: KktPoint) -> CurveCondition:
     """Return the condition that a point lies in the plane through a predicted point, normal to the tangent."""
 
-    def condition(linear: KktLinearisation) -> tuple[Array, float, float]:
+    def weigh_tangent(linear: KktLinearisation) -> tuple[Array, float]:
         weights, weight = metric.weigh(linear.active)
-        row, last = weights * tangent[0], weight * tangent[1]
-        distance = linear.pack(linear.point.x - predicted.x, linear.point.multipliers - predicted.multipliers)
-        return row, last, float(row @ distance + last * (linear.point.value - predicted.value))
+        return weights * tangent[0], weight * tangent[1]
 
-    return condition
+    def residual(linear: KktLinearisation) -> float:
+        row, last = weigh_tangent(linear)
+        distance = linear.pack(linear.point.x - predicted.x, linear.point.multipliers - predicted.multipliers)
+        return float(row @ distance + last * (linear.point.value - predicted.value))
+
+    return CurveCondition(residual=residual, slopes=weigh_tangent)
 
 
 def correct(
     nlp: ParametricNlp,
     start: KktPoint,
     active: ActiveSet,
-    condition: Condition,
+    condition: CurveCondition,
     factorised: KktLinearisation | None = None,
 ) -> KktLinearisation | None:
     """Return the point of the curve of an active set that satisfies a condition; None if Newton's method fails.
 
-    At a given value of the parameter one matrix is used as long as the steps decrease fast.
+    One matrix is used as long as the steps decrease fast.
 
     Parameters
     ----------
     nlp : ParametricNlp
     start : KktPoint
     active : ActiveSet
-    condition : Condition
+    condition : CurveCondition
     factorised : KktLinearisation, optional
         A nearby point of the same active set, whose matrix is used first.
     """
     sizes = np.concatenate([nlp.sizes[active.free], np.ones(active.rows.size)])
     linear, before = KktLinearisation(nlp, start, active), math.inf
     factorised = linear if factorised is None else factorised
+    slopes = condition.slopes(factorised)
     for _ in range(MOST_ITERATIONS):
-        row, last, remainder = condition(linear)
-        change, step = _take_step(linear, factorised, row, last, remainder)
+        change, step = _take_step(linear, factorised, *slopes, condition.residual(linear))
         scale = sizes + np.abs(linear.pack(linear.point.x, linear.point.multipliers))
         size = worst(np.abs(change) / scale, abs(step) / nlp.width)
         if not size < LARGEST_STEP:
@@ -114,8 +127,8 @@ def correct(
         linear = KktLinearisation(nlp, linear.move(change, linear.point.value + step), active)
         if size < SMALL_STEP:
             return linear if worst(np.abs(linear.residual)) < LARGEST_RESIDUAL else None
-        if np.any(row) or size > FAST * before:
-            factorised = linear
+        if size > FAST * before:
+            factorised, slopes = linear, condition.slopes(linear)
         before = size
     return None
 
@@ -123,19 +136,29 @@ def correct(
 def _take_step(
     linear: KktLinearisation, factorised: KktLinearisation, row: Array, last: float, remainder: float
 ) -> tuple[Array, float]:
-    """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular."""
+    """Return the Newton step of the packed vector and of the parameter; nan if the matrix is singular.
+
+    Parameters
+    ----------
+    linear : KktLinearisation
+        The point, whose residuals are reduced.
+    factorised : KktLinearisation
+        The point of the matrix.
+    row, last, remainder : (k,) array, float, float
+        Derivatives of the condition at the point of the matrix, and its residual.
+    """
     if not np.any(row):  # the parameter is given
         step = -remainder / last
         residual = linear.residual + step * linear.column if step else linear.residual
         return -factorised.solve(residual), step
-    along, nlp = linear.by_parameter, linear.nlp
+    along, nlp = factorised.by_parameter, linear.nlp
     count = linear.active.free.size
     steepness = worst(np.abs(along[:count]) / nlp.sizes[linear.active.free], 0.0) * nlp.width
     if steepness * STEEP < 1:  # far from a turning point the matrix itself is regular
-        change = linear.solve(linear.residual)
+        change = factorised.solve(linear.residual)
         step = (float(row @ change) - remainder) / (last + float(row @ along))
         return step * along - change, step
-    return _solve_with_condition(linear, row, last, -np.append(linear.residual, remainder))
+    return _solve_with_condition(factorised, row, last, -np.append(linear.residual, remainder))
 
 
 def _solve_with_condition(linear: KktLinearisation, row: Array, last: float, right: Array) -> tuple[Array, float]:

@@ -128,7 +128,7 @@ class Replayer:
     def replay(self, optimum: KktLinearisation) -> OptimumReplay:
         """Replay the torques of an optimum from its first state, and return the multipliers of the gait."""
         state = self.read_state(optimum)
-        values = read_parameters(self.nlp.transcription, optimum.problem, optimum.point.x)
+        values = self._read_parameters(optimum)
         law, period = self._law(optimum)
         walker = make_walker(self.robot, law, values, period=period, engine=self.engine)
         foot_speed = float(state[self.robot.state_entries.slip_velocity])
@@ -147,6 +147,15 @@ class Replayer:
         finite = np.linalg.eigvals(matrix) if np.all(np.isfinite(matrix)) else np.full(z.size, np.nan)
         multipliers = finite.astype(complex)
         return OptimumReplay(same and near, error, multipliers[np.argsort(-np.abs(multipliers))])
+
+    def _read_parameters(self, optimum: KktLinearisation) -> dict[str, float]:
+        """Return the parameters of robot and ground of an optimum by name."""
+        transcription, stated, x = self.nlp.transcription, self.nlp.problem, optimum.point.x
+        name = self.nlp.number.name
+        if name in stated.values:
+            # The problem at this value, all of whose fields are checked again, has no other parameters.
+            return read_parameters(transcription, stated, x) | {name: optimum.point.value}
+        return read_parameters(transcription, optimum.problem, x)
 
     def _law(self, optimum: KktLinearisation) -> tuple[Law, float]:
         """Return the torques of an optimum as a law, and its period."""

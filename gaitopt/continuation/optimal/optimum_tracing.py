@@ -126,7 +126,7 @@ def trace_optimum(
     >>> [point.constraint for point in diagram.branches[0].special][0]
     'forward friction cone at phase 1 (stick), node 10'
     """
-    tracer = OptimumTracer(problem, over, options or OptimumOptions(), observer or (lambda branch: None))
+    tracer = OptimumTracer(problem, over, options or OptimumOptions(), observer)
     branches = tuple(tracer.trace(start))
     return tracer.make_diagram(branches)
 
@@ -139,7 +139,7 @@ class OptimumTracer:
     problem : GaitProblem
     over : mapping of str to (float, float)
     options : OptimumOptions
-    observer : callable
+    observer : callable or None
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class OptimumTracer:
         problem: GaitProblem,
         over: Mapping[str, tuple[float, float]],
         options: OptimumOptions,
-        observer: OptimumObserver,
+        observer: OptimumObserver | None,
     ) -> None:
         check_type("problem", problem, GaitProblem, "a GaitProblem(...)")
         self.problem, self.options, self.observer = problem, options, observer
@@ -243,7 +243,8 @@ class OptimumTracer:
             last = item.optimum
             if isinstance(item, PathPoint):
                 recorder.add_point(item)
-                self.observer(recorder.finish("interrupted"))
+                if self.observer is not None:
+                    self.observer(recorder.finish("interrupted"))
             else:
                 recorder.add_change(item)
                 if item.index >= 0:

@@ -93,7 +93,7 @@ def assemble_planar(
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
     for spring in springs:
         _require_contact(name, "A switched spring", spring.contact, contacts)
-    _check_links(name, places, drawing.links)
+    _check_links(name, places, drawing.lines)
     symbols = ca.vertcat(*[ca.SX.sym(f"extended_{k}") for k in range(len(springs))]) if springs else ca.SX(0, 1)
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
@@ -114,7 +114,7 @@ def assemble_planar(
         contacts=entries,
         mirror=make_mirror(mirror, coordinates.names, tuple(contacts), tuple(actuators)) if mirror else None,
         points=tuple(places),
-        links=tuple((index[a], index[b]) for a, b in drawing.links),
+        links=tuple((index[a], index[b]) for a, b in drawing.lines),
         **_motion(inputs, mechanics, actuators),
         **_contacts(inputs, list(contacts.values()), springs),
         **_newton_euler(inputs, mechanics, list(contacts.values()), actuators),

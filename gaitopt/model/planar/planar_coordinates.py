@@ -9,6 +9,8 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import add_ground
 from gaitopt.parameters import Parameter
 
+GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True)
+
 
 @check_arguments
 class PlanarCoordinates:
@@ -18,21 +20,23 @@ class PlanarCoordinates:
     ----------
     names : sequence of str
         Names of the coordinates, lengths [m] or angles [rad], for example of a floating base and of joints.
-    parameters : sequence of Parameter
-        Parameters of the robot, ``gravity`` among them.  Those of the ground are added.
+    parameters : sequence of Parameter, optional
+        Parameters of the robot, ``gravity`` among them; by default only ``gravity``, 9.81 m/s^2.  Those of the ground
+        are added.
     travel : str
         Coordinate along the ground, by which the whole robot moves forward and on which nothing else depends.  A robot
         without a coordinate of this name moves vertically.
 
     Examples
     --------
-    >>> gravity = Parameter("gravity", 9.8, "m/s^2", "gravity")
-    >>> c = PlanarCoordinates(["x", "y", "angle"], [gravity])
-    >>> c.coordinate("angle"), c.q.shape
-    (SX(angle), (3, 1))
+    >>> c = PlanarCoordinates(["x", "y", "angle"])
+    >>> c.coordinate("angle"), c.q.shape, c.parameters[0].default
+    (SX(angle), (3, 1), 9.81)
     """
 
-    def __init__(self, names: Sequence[str], parameters: Sequence[Parameter], *, travel: str = "x") -> None:
+    def __init__(
+        self, names: Sequence[str], parameters: Sequence[Parameter] = (GRAVITY,), *, travel: str = "x"
+    ) -> None:
         self.names, self.parameters = tuple(names), add_ground(parameters)
         if not self.names or len(set(self.names)) != len(self.names):
             raise InputError(f"Coordinates must have different names, got {list(names)}.")

@@ -208,6 +208,9 @@ class PlanarKeyframes(PlanarGuess):
 class FromPlanarGait(PlanarGuess):
     """The motion of an earlier gait, whose sequence may differ.
 
+    If parameters and targets are within 10 % of those of the gait, and the sequence and the objective are the same, the
+    solve begins on the refined grid of the gait, from all its unknowns and multipliers.
+
     Attributes
     ----------
     gait : PlanarGait

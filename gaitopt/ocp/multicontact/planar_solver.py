@@ -4,7 +4,8 @@ import functools
 import itertools
 import math
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from attrs import evolve
@@ -13,44 +14,34 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
-from gaitopt.locks import cached_property
 from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
-from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
+from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters, reconstruct_planar_motion
+from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_remarks import (
-    find_least_forces,
-    find_worst_phase,
-    report_early_touchdowns,
-    report_grazing_contacts,
-    report_inaccuracy,
-    report_shortest_phases,
-)
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
+from gaitopt.ocp.multicontact.planar_warm_start import PlanarWarmStart, find_warm_start, list_refinements
 from gaitopt.ocp.nlp.active_set import Newton
-from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
+from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.progress import Observer, silent
-from gaitopt.reductions import rank_of, worst
+from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-MOST_DOUBLED = 2
-"""Largest number of times the intervals are doubled, once no more points are added."""
 MOST_REPAIRS = 3
 """Largest number of further solves of a grid whose contacts close too early."""
 SPREAD_OF_DURATIONS = 0.7
@@ -150,75 +141,6 @@ def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
     return closed
 
 
-@dataclass(frozen=True, eq=False)
-class GridResult:
-    """The solution of a problem on one grid.
-
-    Attributes
-    ----------
-    problem : PlanarProblem
-    transcription : PlanarTranscription
-    bounds : Bounds
-    outcome : NlpResult
-    ending : str
-        How the solve on a finer grid failed; empty otherwise.
-    """
-
-    problem: PlanarProblem
-    transcription: PlanarTranscription
-    bounds: Bounds
-    outcome: NlpResult
-    ending: str = ""
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Every parameter by name, the free ones with their optimised values."""
-        return plan_parameters(self.transcription, self.problem, self.outcome.x)
-
-    @property
-    def error(self) -> float:
-        """Error between nodes; inf without a solution."""
-        return worst(0.0, self.errors)
-
-    @cached_property
-    def errors(self) -> Array:
-        """Error between nodes of each phase; inf without a solution."""
-        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
-            return np.full(len(self.transcription.phases), np.inf)
-        return errors_between_nodes(self.transcription, self.values, self.outcome.x)
-
-    @cached_property
-    def early_touchdowns(self) -> dict[int, float]:
-        """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
-        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
-            return {}
-        return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
-
-    def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
-        """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
-        outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
-        return replace(self, outcome=outcome, ending=self.ending if ending is None else ending)
-
-    def mark_interrupted(self, message: str) -> "GridResult":
-        """Return the solution with the status of an interrupted solve, and the message of its last solve."""
-        return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=message))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences on inaccuracy of the plan, possible failure of its replay, and phases of minimum duration."""
-        status = self.outcome.status
-        if not (status.ok or status is Status.PLAN_INACCURATE):
-            return ()
-        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
-        grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
-        remarks += report_grazing_contacts(grazing if not remarks else ())
-        if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
-            phase = find_worst_phase(self.transcription, self.errors)
-            contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
-            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
-        return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
-
-
 class _Start:
     """Solves from one start: counts of iterations and times."""
 
@@ -234,24 +156,24 @@ class _Start:
         durations: Array | None = None,
         *,
         is_near: bool = False,
+        multipliers: tuple[Array, Array] | None = None,
         limit: int = MOST_ITERATIONS,
     ) -> GridResult:
         """Return the solution on the grid of a problem, with fixed durations if they are given.
 
-        If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there.
+        If the start is near the solution, the solver begins with a small barrier parameter, so that it stays there, and
+        with the multipliers if they are known.
         Ipopt ends after `limit` iterations at the latest.
         """
-        started = time.perf_counter()
-        with defer_interrupt():
-            transcription = transcribe_planar(planar_structure(problem))
-        self.build_seconds += time.perf_counter() - started
+        transcription = self.transcribe(problem)
         bounds = planar_bounds(transcription, problem)
         if durations is not None:
             places = transcription.variables[Unknown.DURATION][0]
             bounds.x_lower[places] = bounds.x_upper[places] = durations
         if x is None:
             x = planar_start(transcription, problem, durations)
-        multipliers = (np.zeros(x.size), np.zeros(transcription.constraints.size)) if is_near else None
+        if multipliers is None and is_near:
+            multipliers = np.zeros(x.size), np.zeros(transcription.constraints.size)
         raised = self.raised.get(transcription, {})
         bounds.g_lower[list(raised)] = list(raised.values())
         solver = self.solver
@@ -264,6 +186,29 @@ class _Start:
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
         return GridResult(problem, transcription, bounds, outcome)
+
+    def transcribe(self, problem: PlanarProblem) -> PlanarTranscription:
+        """Return the NLP of a problem, and count the time that this takes."""
+        started = time.perf_counter()
+        with defer_interrupt():
+            transcription = transcribe_planar(planar_structure(problem))
+        self.build_seconds += time.perf_counter() - started
+        return transcription
+
+    def resume(self, problem: PlanarProblem, nearby: PlanarWarmStart) -> GridResult | None:
+        """Return the final solution that starts from all unknowns and multipliers of a gait; None if there is none."""
+        methods = list(list_refinements(problem))[nearby.number :]
+        grid = problem.replace(transcription=methods[0])
+        point = nearby.fill(self.transcribe(grid))
+        if point is None:
+            return None
+        result = self.solve(grid, point[0], is_near=True, multipliers=point[1], limit=MOST_NEARBY)
+        if result.outcome.status.ok:
+            result = _finish(self, result, methods[1:])
+        if result.outcome.status.ok or result.outcome.status is Status.INTERRUPTED:
+            return result
+        self.raised.clear()  # they depend on a solution that is discarded
+        return None
 
     def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
         """Return a solution whose contacts do not close before their touchdown, or the last solution before."""
@@ -296,10 +241,19 @@ class _Start:
 
 def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observer: Observer) -> PlanarGait:
     """Return the gait found from one start, counted from 0."""
-    start, durations = _Start(solver, observer), _durations(problem, number)
-    result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
-    result = _refine(start, start.exclude_early_touchdowns(result))
-    return _report(result.mark_inaccurate() if result.early_touchdowns else result, start)
+    start, nearby = _Start(solver, observer), find_warm_start(problem) if number == 0 else None
+    result = None if nearby is None else start.resume(problem, nearby)
+    if result is None:
+        durations = _durations(problem, number)
+        result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
+        result = _finish(start, result, list(list_refinements(problem))[1:])
+    return _report(result, start)
+
+
+def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
+    """Return the solution without early touchdowns that is accurate between its nodes, or one marked otherwise."""
+    result = _refine(start, start.exclude_early_touchdowns(result), methods)
+    return result.mark_inaccurate() if result.early_touchdowns else result
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -326,18 +280,15 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
     return np.maximum(durations, problem.limits.shortest_phase)
 
 
-def _refine(start: _Start, result: GridResult) -> GridResult:
+def _refine(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
     """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance, doubled = result.problem.transcription.tolerance, 0
+    tolerance, finer_methods = result.problem.transcription.tolerance, iter(methods)
     while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
-        problem, method = result.problem, result.problem.transcription.refine()
-        if method is None and doubled < MOST_DOUBLED:
-            counts, doubled = tuple(2 * count for count in problem.counts), doubled + 1
-            method = evolve(problem.transcription, intervals=counts)
+        method = next(finer_methods, None)
         if method is None:
             return result.mark_inaccurate()
-        previous = _report(result, start)
-        finer = start.solve(problem.replace(transcription=method, guess=FromPlanarGait(previous)), is_near=True)
+        guess = FromPlanarGait(_report(result, start))
+        finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
         finer = start.exclude_early_touchdowns(finer)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)

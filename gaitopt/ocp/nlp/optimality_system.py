@@ -83,7 +83,7 @@ class OptimalitySystem:
 
     def differentiate_lagrangian(self, x: Array, multipliers: Array, data: Array, direction: Array) -> float:
         """Return the derivative of the Lagrangian of the rows, which is not scaled, along a direction of the data."""
-        return float(self._functions.lagrangian_call(x, multipliers, data, direction)[0][0])
+        return float(self._functions.lagrangian_call(x, multipliers, data)[0] @ direction)
 
     def factorise(
         self, x: Array, multipliers: Array, data: Array, active: NDArray[np.bool_], fixed: NDArray[np.bool_]
@@ -160,12 +160,16 @@ def _compile(nlp: Nlp) -> _SystemFunctions:
     g, jacobian = nlp.derivatives["jac_g"](x, data)
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
     slope = gradient / nlp.typical + jacobian.T @ lam
-    lagrangian = f + nlp.typical * ca.dot(lam, g)
+    # Differentiating the compiled derivatives would evaluate second derivatives that are not used.
+    plain = [nlp.functions[name] for name in ("f", "g")]
+    cost, rows = ca.substitute(plain, [nlp.functions["x"], nlp.functions["p"]], [x, data])
+    lagrangian = cost + nlp.typical * ca.dot(lam, rows)
+    varied = ca.gradient(lagrangian, x) / nlp.typical, rows
     values = ca.Function("optimality", [x, lam, data], [f, ca.densify(slope), ca.densify(g)])
     matrices = ca.Function("optimality_derivatives", [x, lam, data], [jacobian, hessian])
     inputs = [x, lam, data, direction]
-    slopes = ca.Function("data_slopes", inputs, [ca.densify(ca.jtimes(part, data, direction)) for part in (slope, g)])
-    by_data = ca.Function("lagrangian_slope", inputs, [ca.densify(ca.jtimes(lagrangian, data, direction))])
+    slopes = ca.Function("data_slopes", inputs, [ca.densify(ca.jtimes(part, data, direction)) for part in varied])
+    by_data = ca.Function("lagrangian_slope", [x, lam, data], [ca.densify(ca.gradient(lagrangian, data))])
     active, fixed = ca.MX.sym("active", nlp.n_constraints), ca.MX.sym("fixed", nlp.n_variables)
     # The rows of the active constraints convexify the matrix, which then has a factorisation without pivoting.
     augmented = hessian + jacobian.T @ (ca.diag(active) @ jacobian) + ca.diag(STIFF * fixed)

@@ -30,7 +30,7 @@ from gaitopt.ocp.solution.diagnosis import (
     report_short_phases,
     report_short_steps,
 )
-from gaitopt.ocp.solution.node_placement import TorqueRamps, make_ramps
+from gaitopt.ocp.solution.node_placement import TorqueRamps, read_ramps
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess
 from gaitopt.ocp.solution.swing_foot_checks import SCUFF, lack_of_height
 from gaitopt.ocp.solution.trajectory import (
@@ -117,9 +117,7 @@ class GridSolution:
     @cached_property
     def ramps(self) -> TorqueRamps | None:
         """The torques along the step, from which nodes are placed; None if the solution is not finite."""
-        layout, x = self.transcription.variables, self.outcome.x
-        nodes = [phase.fractions for phase in self.transcription.phases]
-        return make_ramps(nodes, x[layout[Unknown.DURATION][0]], x[layout[Unknown.TORQUE]])
+        return read_ramps(self.transcription, self.outcome.x)
 
     def has_other_sign_changes(self) -> bool:
         """Return whether a solve from this solution would have other data on sign changes."""

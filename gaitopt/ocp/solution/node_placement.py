@@ -16,6 +16,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.nlp.keys import Unknown, table_name
 from gaitopt.ocp.transcription.method import Fractions
+from gaitopt.ocp.transcription.transcription import Transcription
 
 JUMPS = 0.5
 """Share of the intervals that is distributed according to jumps of the torques; the others have equal lengths."""
@@ -152,6 +153,12 @@ def make_ramps(nodes: Sequence[Array], durations: Array, torque: Array) -> Torqu
     lengths = np.concatenate([duration * np.diff(at) for duration, at in zip(durations, nodes, strict=True)])
     usable = torque.shape[1] == lengths.size + 1 and np.all(np.isfinite(torque)) and np.all(lengths > 0)
     return TorqueRamps(tuple(nodes), lengths, torque) if usable else None
+
+
+def read_ramps(transcription: Transcription, x: Array) -> TorqueRamps | None:
+    """Return the torques of a decision vector along the step; None if it is not finite."""
+    layout, nodes = transcription.variables, [phase.fractions for phase in transcription.phases]
+    return make_ramps(nodes, x[layout[Unknown.DURATION][0]], x[layout[Unknown.TORQUE]])
 
 
 def allot_intervals(ramps: TorqueRamps, total: int) -> tuple[int, ...]:

@@ -171,7 +171,7 @@ class DelayedPlanarWalker:
             _PlanarReading(reading.arrival - rollout.end.time, matrix @ reading.q, matrix @ reading.v, reading.latched)
             for reading in self._pending
         )
-        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self._robot.mirror))
+        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self._robot, self._robot.mirror))
 
 
 def _latch(state: PlanarState, latched: tuple[float, ...]) -> PlanarState:

@@ -78,7 +78,7 @@ class PlanarWalker:
         rollout = simulate_period(self.automaton, state, self.section, self.duration)
         if rollout.stop is not Stop.EVENT_REACHED or rollout.end is None:
             return PlanarWalkStep(rollout, NO_STEP.get(rollout.stop, rollout.stop), None)
-        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self.robot.mirror))
+        return PlanarWalkStep(rollout, None, exchange_legs(rollout.end, self.robot, self.robot.mirror))
 
 
 NO_STEP = {Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
@@ -95,11 +95,27 @@ def simulate_period(automaton: PlanarAutomaton, state: PlanarState, section: str
     return follow(automaton, chosen, duration=longest, until=section, most_events=MOST_EVENTS, most_samples=most)
 
 
-def exchange_legs(state: PlanarState, mirror: Mirror | None) -> PlanarState:
-    """Return a state with exchanged legs, at time 0."""
+def exchange_legs(state: PlanarState, robot: PlanarRobot, mirror: Mirror | None) -> PlanarState:
+    """Return a state of a robot with legs exchanged by a mirror, at time 0."""
     if mirror is None:
         return PlanarState(0.0, state.q, state.v, state.contacts, state.extended)
     names = [name for name, _ in state.contacts.modes]
     modes = tuple((name, state.modes[place]) for name, place in zip(names, mirror.contacts, strict=True))
     q, v = mirror.coordinates @ state.q, mirror.coordinates @ state.v
-    return PlanarState(0.0, q, v, type(state.contacts)(modes), state.extended)
+    extended = tuple(state.extended[place] for place in _find_mirrored_springs(robot, mirror))
+    return PlanarState(0.0, q, v, type(state.contacts)(modes), extended)
+
+
+def _find_mirrored_springs(robot: PlanarRobot, mirror: Mirror) -> list[int]:
+    """Return for each switched spring its counterpart: the spring that the mirrored contact turns off.
+
+    Springs of one contact are exchanged with those of the other one in their order.
+    """
+    names, springs = robot.contact_names, list(enumerate(robot.switches))
+    places = []
+    for number, contact in springs:
+        mirrored = names[mirror.contacts[names.index(contact)]]
+        order = sum(name == contact for name in robot.switches[:number])
+        counterparts = [place for place, name in springs if name == mirrored]
+        places.append(counterparts[order] if order < len(counterparts) else number)
+    return places

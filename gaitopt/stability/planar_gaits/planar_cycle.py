@@ -191,7 +191,7 @@ def _choose_first(automaton: PlanarAutomaton, first: PlanarRollout, y: Array, se
     """Return the period with the smaller change: from the section near a state y, or from the end of its motion."""
     if first.end is None:
         return None
-    following, n = exchange_legs(first.end, automaton.robot.mirror), automaton.robot.n_q
+    following, n = exchange_legs(first.end, automaton.robot, automaton.robot.mirror), automaton.robot.n_q
     near = PlanarSection(automaton, first.arcs[-1], first.motion.events[-1], automaton.robot.mirror).correct(y)
     starts = replace(following, q=near[:n], v=near[n:]), following
     trials = [trial for start in starts if (trial := _simulate(automaton, start, section, LONGEST)) is not None]

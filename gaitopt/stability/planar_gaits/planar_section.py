@@ -65,7 +65,7 @@ class PlanarSection:
 
     def exchange(self, state: PlanarState) -> PlanarState:
         """Return a state after the event with exchanged legs, at time 0."""
-        return exchange_legs(state, self._mirror)
+        return exchange_legs(state, self.robot, self._mirror)
 
     def matrix(self) -> Array:
         """Return the matrix of the leg exchange on the state (q, v), shape (2 n_q, 2 n_q)."""

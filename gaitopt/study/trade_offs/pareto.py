@@ -240,7 +240,7 @@ def _resume_file(path: Path, key: dict[str, Any], find: Any) -> "xr.Dataset":
     Only one process at a time computes a file.
     """
     parts, table = GaitStore.beside(path), _read_complete(path, key)
-    if table is not None:
+    if table is not None and not parts.exists():  # an interrupt may have come before the parts were removed
         return table
     check_writable(path)
     with lock_study(path):

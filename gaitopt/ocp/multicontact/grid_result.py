@@ -1,0 +1,93 @@
+"""Solution of a problem of a planar robot on one grid: its accuracy, and remarks on its replay."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.locks import cached_property
+from gaitopt.motion.motion import Array
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
+from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_remarks import (
+    find_least_forces,
+    find_worst_phase,
+    report_early_touchdowns,
+    report_grazing_contacts,
+    report_inaccuracy,
+    report_shortest_phases,
+)
+from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.reductions import worst
+from gaitopt.status import Status
+
+
+@dataclass(frozen=True, eq=False)
+class GridResult:
+    """The solution of a problem on one grid.
+
+    Attributes
+    ----------
+    problem : PlanarProblem
+    transcription : PlanarTranscription
+    bounds : Bounds
+    outcome : NlpResult
+    ending : str
+        How the solve on a finer grid failed; empty otherwise.
+    """
+
+    problem: PlanarProblem
+    transcription: PlanarTranscription
+    bounds: Bounds
+    outcome: NlpResult
+    ending: str = ""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter by name, the free ones with their optimised values."""
+        return plan_parameters(self.transcription, self.problem, self.outcome.x)
+
+    @property
+    def error(self) -> float:
+        """Error between nodes; inf without a solution."""
+        return worst(0.0, self.errors)
+
+    @cached_property
+    def errors(self) -> Array:
+        """Error between nodes of each phase; inf without a solution."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return np.full(len(self.transcription.phases), np.inf)
+        return errors_between_nodes(self.transcription, self.values, self.outcome.x)
+
+    @cached_property
+    def early_touchdowns(self) -> dict[int, float]:
+        """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return {}
+        return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
+
+    def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
+        """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
+        outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
+        return replace(self, outcome=outcome, ending=self.ending if ending is None else ending)
+
+    def mark_interrupted(self, message: str) -> "GridResult":
+        """Return the solution with the status of an interrupted solve, and the message of its last solve."""
+        return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=message))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on inaccuracy of the plan, possible failure of its replay, and phases of minimum duration."""
+        status = self.outcome.status
+        if not (status.ok or status is Status.PLAN_INACCURATE):
+            return ()
+        remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
+        grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
+        remarks += report_grazing_contacts(grazing if not remarks else ())
+        if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
+            phase = find_worst_phase(self.transcription, self.errors)
+            contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
+            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
+        return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

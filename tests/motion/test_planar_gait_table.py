@@ -1,0 +1,34 @@
+"""Table of a gait of a robot with several contacts: the ratio of the impulses of its impacts."""
+
+import numpy as np
+
+from gaitopt import Collocation, solve
+from gaitopt.motion.planar_gait_table import tabulate_planar_gait
+from tests.ocp.multicontact_examples import roll_off, walk
+
+
+def impacts_of(gait):
+    return [text for name, text in tabulate_planar_gait(gait) if name == "impact"]
+
+
+def impulses_of(gait, members):
+    """Return the sum of the impulses of some contacts, from the change of the momentum."""
+    event, robot = gait.motion.events[-1], gait.robot
+    p = robot.vector(gait.motion.parameters)
+    mass = np.array(robot.dynamics(event.q, event.v_minus, p)[0])
+    normal, tangent = (np.array(part) for part in robot.rows(event.q, event.v_minus, p)[:2])
+    rows = np.vstack([tangent[members], normal[members]])
+    found, *_ = np.linalg.lstsq(rows.T, mass @ (event.v_plus - event.v_minus), rcond=None)
+    return found.reshape(2, -1).sum(axis=1)
+
+
+def test_the_ratio_of_a_landing_foot_follows_from_the_momentum():
+    gait = solve(walk("foot A stick |", transcription=Collocation(intervals=10)))
+    tangential, normal = impulses_of(gait, [gait.robot.contact_index("foot B")])
+    assert impacts_of(gait) == [f"foot B stick, impulse ratio {tangential / normal:+.4f}"]
+
+
+def test_heel_and_toe_of_a_foot_have_one_ratio():
+    gait = solve(roll_off())
+    tangential, normal = impulses_of(gait, [0, 1])
+    assert impacts_of(gait) == [f"heel + toe stick, impulse ratio {tangential / normal:+.4f}"]
