@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
-from gaitopt.locks import one_at_a_time
+from gaitopt.locks import cached_property, one_at_a_time
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 
@@ -34,11 +34,11 @@ class LawMemory:
         self._law, self._n, self._events = law, law.control.size1_in(1), law.memory.events
         self._latch = FastCall(law.memory.latch, law.table[:, 0]) if law.memory.values else None
 
-    @functools.cached_property
+    @cached_property
     def _reset(self) -> FastCall:
         return FastCall(self._law.memory.reset)
 
-    @functools.cached_property
+    @cached_property
     def _guards(self) -> FastCall:
         return FastCall(_guards(self._law.control))
 
