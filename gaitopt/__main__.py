@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import sys
+import threading
 from types import FrameType
 
 from gaitopt.cli.collection import collect_rarely
@@ -21,6 +22,7 @@ def main() -> None:
         from gaitopt.cli import app
 
         app.import_commands(sys.argv[1:])
+        threading.excepthook = app.report_thread_error
         signal.signal(signal.SIGINT, former)
         try:
             app.main()

@@ -41,6 +41,21 @@ class InterruptRecord:
             raise KeyboardInterrupt
 
 
+def stems_from_interrupt(error: BaseException | None) -> bool:
+    """Return whether an error has a KeyboardInterrupt among its causes, as after a Ctrl-C in compiled code.
+
+    Examples
+    --------
+    >>> error = SystemError("returned a result with an exception set")
+    >>> error.__cause__ = KeyboardInterrupt()
+    >>> stems_from_interrupt(error), stems_from_interrupt(ValueError())
+    (True, False)
+    """
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 @contextmanager
 def defer_interrupt() -> Iterator[None]:
     """Defer a Ctrl-C to the end of the block, for calls of CasADi that would lose it.

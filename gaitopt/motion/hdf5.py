@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from gaitopt.errors import ArchiveError, GaitoptError
+from gaitopt.interrupts import stems_from_interrupt
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import make_block, verify_checksum
 from gaitopt.motion.file_probe import probe_file
@@ -138,6 +139,8 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
     except MemoryError:
         raise ArchiveError(f"{path} does not fit into the memory.") from None
     except Exception as error:  # whatever the content leads to
+        if stems_from_interrupt(error):
+            raise KeyboardInterrupt from None
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
 
 

@@ -6,7 +6,6 @@ multiplier near or below -1, and from points of walks to which the walk returns 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -42,8 +41,6 @@ LARGEST_FACTOR = 1e4
 """Factor of the deflation above which a start is considered a known gait."""
 ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 9, reduction=3, accept_zero=False)
 """Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
-SINGLE_STEP_ITERATION = replace(ITERATION, max_smallest_steps=2)
-"""Newton's method for gaits of one step, which are reached from many starts; those of more steps from few only."""
 WALK_PERIODS = 4
 """Length of the walks in which close returns are sought, relative to the longest period."""
 MAX_STEP_TIME = 20.0
@@ -250,7 +247,7 @@ class _CycleSearch:
             self._walker,
             z,
             period,
-            options=SINGLE_STEP_ITERATION if period == 1 else ITERATION,
+            options=ITERATION,
             deflation=deflation,
             linearisation=self._linearisation,
             passage=passage,

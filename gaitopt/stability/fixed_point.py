@@ -1,7 +1,6 @@
 """Fixed points of return maps by Newton's method with exact derivatives."""
 
 import itertools
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,9 +31,6 @@ class FixedPointOptions:
         Smallest damping s tried.
     reduction : float
         Ratio of a damping s to the next smaller one tried.
-    max_smallest_steps : float
-        Number of iterations with the smallest damping at which the iteration is abandoned: it is far from a fixed
-        point and approaches none, or approaches it slowly.
     accept_zero : bool
         Whether z = 0 is an accepted fixed point; otherwise an iteration that shrinks to it ends early.
     """
@@ -43,7 +39,6 @@ class FixedPointOptions:
     max_iterations: int = 25
     smallest_step: float = 1 / 64
     reduction: float = 2
-    max_smallest_steps: float = math.inf
     accept_zero: bool = True
 
 
@@ -96,7 +91,7 @@ def find_fixed_point(
     passage = passage or return_map(z)
     if passage.end is None:
         return None
-    gap, identity, history, smallest_steps = passage.end - z, np.eye(z.size), [], 0
+    gap, identity, history = passage.end - z, np.eye(z.size), []
     for iteration in range(options.max_iterations + 1):
         error = worst(np.abs(gap))
         history.append((error, float(np.abs(z).max())))
@@ -117,10 +112,7 @@ def find_fixed_point(
                 bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= options.tolerance
             )
             return FixedPoint(z, matrix, error, passage, iteration) if converged else None
-        z, passage, gap, damping = improved
-        smallest_steps += damping < options.reduction * options.smallest_step
-        if smallest_steps >= options.max_smallest_steps:
-            return None
+        z, passage, gap = improved
     return None
 
 
@@ -142,8 +134,8 @@ def _line_search(
     error: float,
     options: FixedPointOptions,
     deflation: Deflation,
-) -> tuple[Array, Passage, Array, float] | None:
-    """Return the first damped step that reduces the deflated residual, and its damping, or None if no step does."""
+) -> tuple[Array, Passage, Array] | None:
+    """Return the first damped step that reduces the deflated residual, or None if no step does."""
     step, merit = 1.0, deflation.factor(z) * error
     while step >= options.smallest_step:
         trial = z + step * direction
@@ -152,7 +144,7 @@ def _line_search(
             if passage.end is not None:
                 gap = passage.end - trial
                 if deflation.factor(trial) * np.abs(gap).max() < (1 - step / 4) * merit:
-                    return trial, passage, gap, step
+                    return trial, passage, gap
         if error <= options.tolerance:
             return None
         step /= options.reduction

@@ -1,28 +1,21 @@
 """Walks from random starts: states after the touchdown of random motions."""
 
-import functools
 from collections.abc import Iterator
 
-import casadi as ca
 import numpy as np
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.contacts.impact import TouchdownMap
 from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.robot import Robot
-from gaitopt.model.section_coordinate import dependent_coordinate, undo_exchange
+from gaitopt.model.section_coordinate import undo_exchange
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
-from gaitopt.stability.section import Section, dependent_angle
+from gaitopt.stability.section import Section
 from gaitopt.stability.section_walk import SectionWalk, natural_rate, take_walk
 
 DRAWS_PER_START = 40
 """Largest number of random states drawn for each start."""
-SMALLEST_ENERGY = 0.6
-"""Kinetic energy of the centre of mass, relative to that of an inverted pendulum which just reaches the upright pose,
-below which a passive walker is taken to fall backward.  It was at least 0.78 in 712 completed steps of seven walkers.
-"""
 
 
 def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[SectionWalk]:
@@ -69,19 +62,22 @@ class _TouchdownSampler:
     """
 
     def __init__(self, walker: Walker, section: Section) -> None:
-        robot, p = walker.robot, walker.p
-        self.size, self._sliding = 2 * len(robot.angles), section.sliding
-        self._numbers = np.zeros(self.size + 1)
-        self._before = FastCall(_state_before_touchdown(robot), natural_rate(robot, p), p, shared=self._numbers)
-        self._touchdown, self._advance = TouchdownMap(robot, p), FastCall(_advance(robot), p)
-        # A law may lift a walker that would fall backward without torques.
-        self._passive = walker.law.control.call(walker.law.control.sx_in())[0].is_zero()
+        robot, p, self._section = walker.robot, walker.p, section
+        entries, self.size = robot.state_entries, 2 * len(robot.angles)
+        self._n_q, self._free, self._z = robot.n_q, len(robot.angles) - 1, np.zeros(len(section.names))
+        self._angles, self._rates = list(entries.angles), list(entries.rates)
+        self._slip_velocity = entries.slip_velocity
+        self._before = FastCall(undo_exchange(robot), p)
+        self._collision, self._momentum = FastCall(robot.collision, p), FastCall(robot.momentum, p)
+        self._touchdown, self._natural = TouchdownMap(robot, p), natural_rate(robot, p)
 
     def state_after(self, sample: Array, *, at_rest: bool) -> Array | None:
         """Return the state (q, v) after the touchdown and leg exchange, shape (2 n_q,).
 
-        It is None if the impact is invalid, or if the centre of mass moves backward after the impact or, without
-        torques, too slowly to move over the foot.
+        It is None if the impact is invalid, or if the centre of mass moves backward after the impact.
+
+        Small steps are slow: rates are up to three times the angle determined by the touchdown condition over the
+        natural time sqrt(l / g), so that pendulum-like motions of every size are sampled equally.
 
         Parameters
         ----------
@@ -89,54 +85,18 @@ class _TouchdownSampler:
         at_rest : bool
             Whether the trailing foot is at rest before the touchdown.
         """
-        self._numbers[:-1], self._numbers[-1] = sample, self._sliding and not at_rest
-        following = self._touchdown.solve(self._before.evaluate())[1]
+        section, (natural, height) = self._section, self._natural
+        state, free = np.zeros(2 * self._n_q), self._free
+        self._z[:free] = 0.24 * sample[:free] - 0.26
+        pose = section.embed(self._z)
+        size = 3 * natural * abs(pose[section.dependent_entry])
+        state[self._angles] = self._before.evaluate_packed(pose[self._angles])
+        state[self._rates] = size * sample[free:-1]
+        if section.sliding and not at_rest:
+            state[self._slip_velocity] = size * height * sample[-1]
+        if self._collision.evaluate_packed(state)[GAP] > 0:
+            state[self._n_q :] *= -1  # the front foot moves down
+        following = self._touchdown.solve(state)[1]
         if following is None:
             return None
-        momentum, energy = self._advance.evaluate_packed(following).tolist()
-        return following if momentum > 0 and (energy > 0 or not self._passive) else None
-
-
-@functools.lru_cache(maxsize=64)
-def _state_before_touchdown(robot: Robot) -> ca.Function:
-    """Return (sample and whether the foot slides, natural rate and height, p) -> state (q, v) before a touchdown.
-
-    Small steps are slow: rates are up to three times the angle determined by the touchdown condition over the natural
-    time sqrt(l / g), so that pendulum-like motions of every size are sampled equally.
-    """
-    count, numbers = len(robot.angles), ca.SX.sym("numbers", 2 * len(robot.angles) + 1)
-    natural, p = ca.SX.sym("natural", 2), ca.SX.sym("p", len(robot.parameters))
-    free, rates, speed, slides = ca.vertsplit(numbers, [0, count - 1, 2 * count - 1, 2 * count, 2 * count + 1])
-    others = 0.24 * free - 0.26
-    dependent = dependent_angle(robot)(others, p)
-    angles = ca.vertsplit(others)
-    angles.insert(dependent_coordinate(robot), dependent)
-    size = 3 * natural[0] * ca.fabs(dependent)
-    q = ca.vertcat(0, 0, undo_exchange(robot)(ca.vertcat(*angles), p))
-    v = ca.vertcat(slides * size * natural[1] * speed, 0, size * rates)
-    falling = ca.if_else(robot.landing(q, v, p)[1][GAP] > 0, -v, v)  # the front foot moves down
-    return ca.Function("state_before_touchdown", [numbers, natural, p], [ca.vertcat(q, falling)])
-
-
-@functools.lru_cache(maxsize=64)
-def _advance(robot: Robot) -> ca.Function:
-    """Return (q, v, p) -> (2) forward momentum [kg m/s], and kinetic energy in excess of the smallest one [J].
-
-    A rigid body on a foot with a rim rotates about the centre of the rim, about which its centre of mass must rise.
-    """
-    q, v, p = ca.SX.sym("q", robot.n_q), ca.SX.sym("v", robot.n_q), ca.SX.sym("p", len(robot.parameters))
-    slope, mass = robot.index("slope"), robot.mass(p)
-    momentum, rim = robot.momentum(q, v, p)[0], robot.rims(q, p)[:2, 0]
-
-    def offset(angle: ca.SX) -> ca.SX:
-        """Return the weight times the height of the centre of mass over that of the rim, on ground with a slope."""
-        inclined = ca.SX(p)
-        inclined[slope] = angle
-        potential = robot.energy(q, v, inclined)[1] - robot.force_powers(q, v, inclined)[0]
-        height = rim[GAP] * ca.cos(angle) - rim[SLIDE] * ca.sin(angle)
-        return potential - mass * p[robot.index("gravity")] * height
-
-    above, ahead = offset(p[slope]), offset(p[slope] - ca.pi / 2)
-    rise = ca.if_else(ahead < 0, ca.hypot(above, ahead) - above, 0)
-    energy = ca.sumsqr(momentum) / (2 * mass) - SMALLEST_ENERGY * rise
-    return ca.Function("advance", [q, v, p], [ca.vertcat(momentum[SLIDE], energy)])
+        return following if self._momentum.evaluate_packed(following)[SLIDE] > 0 else None

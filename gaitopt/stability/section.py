@@ -107,7 +107,7 @@ class Section:
 
 
 @functools.lru_cache(maxsize=32)
-def dependent_angle(robot: Robot) -> ca.Function:
+def _dependent_angle(robot: Robot) -> ca.Function:
     """Return (other angles, p) -> the angle that the touchdown condition determines after the leg exchange.
 
     The exchange of the angles is linear, so one Newton step suffices for a linear touchdown guard; others take a few.
@@ -129,7 +129,7 @@ def dependent_angle(robot: Robot) -> ca.Function:
 @functools.lru_cache(maxsize=64)
 def _compile_dependent_angle(robot: Robot, thread: int) -> tuple[FastCall, FastCall]:
     """Return (other angles, p) -> dependent angle, and its gradient, for one thread."""
-    function = dependent_angle(robot)
+    function = _dependent_angle(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
     slope = ca.Function("dependent_angle_slope", [others, parameters], [gradient])

@@ -19,7 +19,6 @@ SYMBOLIC = {
     "simulation/scipy_engine.py",  # the variational equations of the reference engine
     "simulation/taylor",  # the closed loop in the form of the Taylor engine
     "stability/section.py",  # the angle that the touchdown condition determines
-    "stability/random_starts.py",  # the states before a touchdown and the energy after it
     "stability/linearisation.py",  # derivatives of flow, guards and reset
     "tuning/lqr.py",  # the linearised dynamics of a step
     "export/c_code.py",  # C code of the Functions

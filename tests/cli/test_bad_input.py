@@ -1,9 +1,13 @@
 """A mistake gets one clear sentence on stderr, exit status 2, no traceback, and leaves no file."""
 
+import errno
 import json
 import math
+import threading
 
 import pytest
+
+from gaitopt.cli import app
 
 SLIP = "problems/compass_slip.py"
 
@@ -173,3 +177,33 @@ def test_an_option_named_like_a_parameter_is_answered_by_how_a_parameter_is_chan
     assert solve.status == doctor.status == 2
     assert "A parameter of a problem script is changed by --set friction=VALUE." in " ".join(solve.err.split())
     assert "--set" not in doctor.err
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError(),
+        OSError(errno.ENOMEM, "Cannot allocate memory", "/tmp/folder"),
+        ImportError("x.so: failed to map segment from shared object"),
+        SystemError("error return without exception set"),
+    ],
+)
+def test_insufficient_memory_is_stated_in_a_sentence(command, monkeypatch, error):
+    def fail(words):
+        raise error
+
+    monkeypatch.setattr(app, "import_commands", fail)
+    done = command("show", "x.h5")
+    assert (done.status, done.err.strip()) == (2, "Error: The memory is insufficient for this command.")
+
+
+def test_another_import_error_is_no_lack_of_memory(monkeypatch):
+    monkeypatch.setattr(app, "import_commands", lambda words: __import__("no_such_module"))
+    with pytest.raises(ImportError, match="no_such_module"):
+        app.main(["show", "x.h5"])
+
+
+def test_threads_leave_insufficient_memory_to_the_command(capsys):
+    for error, expected in ((MemoryError(), False), (ValueError("bad"), True)):
+        app.report_thread_error(threading.ExceptHookArgs((type(error), error, None, None)))
+        assert ("Error" in capsys.readouterr().err) == expected

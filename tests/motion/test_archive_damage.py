@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt import ArchiveError, InputError, load, save
-from gaitopt.motion import archive
+from gaitopt.motion import archive, hdf5
 from tests.hdf5 import edit_hdf5
 
 
@@ -193,3 +193,14 @@ def test_a_file_is_replaced_as_a_whole(slip_gait, path):
         assert "left over" not in file
     assert load(path).robot_name == "another"
     assert sorted(entry.name for entry in path.parent.iterdir()) == ["copy.h5", "gait.h5"]
+
+
+def test_an_interrupt_that_the_library_reports_as_an_error_is_no_damage(path, monkeypatch):
+    """The lock of h5py, interrupted, raises a SystemError."""
+
+    def interrupt(*arguments, **options):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(hdf5, "check_structure", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        load(path)

@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Status, load, replay, verify
+from gaitopt import InputError, ScipyEngine, Status, load, replay, verify
 from gaitopt.motion import Verification
-from gaitopt.simulation import Tolerances
+from gaitopt.simulation import Tolerances, verification
 
 
 def with_motion(gait, **changes):
@@ -186,3 +186,20 @@ def test_two_steps_open_loop_repeat_the_step(slip_gait, compass):
     assert str(walk.motion.sequence(1)) == "slip+ stick | slip+"
     np.testing.assert_allclose(two.v_next, one.v_next, atol=1e-5)
     np.testing.assert_allclose(walk.motion.segments[2].torque[:, 0], walk.motion.segments[0].torque[:, 0], rtol=1e-12)
+
+
+def test_a_failed_replay_is_repeated_at_the_limit_of_double_precision(slip_gait, monkeypatch):
+    engines, replay = [], verification.replay
+
+    def record(gait, *, engine):
+        engines.append(engine)
+        return replay(gait, engine=engine)
+
+    monkeypatch.setattr(verification, "replay", record)
+    assert verify(slip_gait).verification.passed
+    assert engines == [None]
+    errors = [verify(slip_gait, tolerances=Tolerances(state=0.0)).verification.state_error]
+    assert engines == [None, None, verification.FINEST]
+    errors.append(verify(slip_gait, tolerances=Tolerances(state=0.0), engine=ScipyEngine()).verification.state_error)
+    assert engines[3:] == [ScipyEngine()]
+    assert errors[0] != errors[1]

@@ -51,23 +51,3 @@ def test_an_iteration_that_shrinks_to_zero_ends_early():
     assert find_fixed_point(standing, start, FixedPointOptions(accept_zero=False)) is None
     assert standing.calls == 3
     assert find_fixed_point(standing, start, FixedPointOptions(max_iterations=40)).residual < 1e-11
-
-
-def test_an_iteration_that_needs_the_smallest_damping_repeatedly_is_abandoned():
-    class Overshooting:
-        """z -> z / 2 with a wrong derivative, whose Newton steps are 12 times too long, so that only 1/9 reduces z."""
-
-        calls = 0
-
-        def __call__(self, z):
-            self.calls += 1
-            return Passage(z / 2, (), ())
-
-        def derivative(self, z, passage):
-            return 23 / 24 * np.eye(2)
-
-    overshooting, start = Overshooting(), np.array([0.3, -0.1])
-    options = {"max_iterations": 40, "smallest_step": 1 / 9, "reduction": 3}
-    assert find_fixed_point(overshooting, start, FixedPointOptions(**options, max_smallest_steps=2)) is None
-    assert overshooting.calls == 1 + 2 * 3  # two line searches of three steps
-    assert find_fixed_point(overshooting, start, FixedPointOptions(**options)).residual < 1e-11

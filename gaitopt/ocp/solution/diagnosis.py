@@ -27,7 +27,7 @@ LEAST_RESERVE = 1e-9
 
 LARGEST_GROWTH = 3e7
 """Growth of errors above which replays with different integrators deviate by more than 1e-6 after the touchdown: their
-errors are up to 3e-14 rad/s at the end of a slip, and have the effect of up to 3e-14 at the start of the step."""
+errors at the end of a slip are up to 3e-14 rad/s."""
 
 
 class NamedLayouts(Protocol):
@@ -131,8 +131,8 @@ def report_growth(growth: float) -> tuple[str, ...]:
     if growth <= LARGEST_GROWTH:
         return ()
     return (
-        f"an error inside the step is {growth:.1e} times as large after the touchdown, so rounding errors exceed the "
-        f"accuracy of a replay; try another sequence, speed or step_length, or smaller torque limits.",
+        f"an error at the end of a slip is {growth:.1e} times as large after the touchdown, so rounding errors exceed "
+        f"the accuracy of a replay; try another sequence, speed or step_length, or smaller torque limits.",
     )
 
 

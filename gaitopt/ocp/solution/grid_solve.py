@@ -154,7 +154,7 @@ class GridSolution:
 
     @property
     def growth(self) -> float:
-        """Ratio of the error after the touchdown to an error inside the step; zero if it is not estimated."""
+        """Ratio of the error after the touchdown to an error at the end of a slip; zero if it is not estimated."""
         if self.between.touchdown <= EXACT or math.isinf(self.problem.transcription.tolerance):
             return 0.0
         with defer_interrupt():

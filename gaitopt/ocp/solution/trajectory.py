@@ -129,7 +129,7 @@ class BetweenNodes:
 
 
 def check_between_nodes(
-    transcription: Transcription, values: dict[str, float], x: Array, deviation: float = 0.0, *, at_start: float = 0.0
+    transcription: Transcription, values: dict[str, float], x: Array, deviation: float = 0.0
 ) -> BetweenNodes:
     """Integrate a plan between its nodes under the planned torques, and compare it with the nodes.
 
@@ -142,16 +142,13 @@ def check_between_nodes(
         Decision vector.
     deviation : float
         Change of the angles and rates at each end of a slip inside the step (rad, rad/s), with alternating signs.
-    at_start : float
-        Such a change at the start of the step.
 
     Returns
     -------
     BetweenNodes
     """
     robot, drift, outside, reserve = transcription.structure.robot, 0.0, 0.0, math.inf
-    p = robot.vector(values)
-    reached = _deviate(read_states(transcription, transcription.phases[0], x)[0][: 2 * len(robot.angles), 0], at_start)
+    p, reached = robot.vector(values), np.empty(0)
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         states, torque = read_states(transcription, phase, x)
         parts = _count_steps(transcription, phase, x)
@@ -170,23 +167,17 @@ def check_between_nodes(
             # The slide of the foot starts from zero in each phase.
             reached = predict_phase_end(*last, transcription.phases[phase.number + 1].mode)
             if phase.mode.slips:
-                reached = _deviate(reached, deviation)
+                reached[::2] += deviation
+                reached[1::2] -= deviation
     after = predict_touchdown(*last, transcription.structure.sequence.impact)
     return BetweenNodes(drift, outside, reserve, worst(np.abs(after - _first_state(transcription, x))))
 
 
 def estimate_growth(transcription: Transcription, values: dict[str, float], x: Array) -> float:
-    """Return the largest ratio of the error after the touchdown to one at the start or at the end of a slip."""
-    largest = check_between_nodes(transcription, values, x, at_start=DEVIATION).touchdown
-    if any(phase.mode.slips for phase in transcription.phases[:-1]):
-        largest = worst(largest, check_between_nodes(transcription, values, x, DEVIATION).touchdown)
-    return largest / DEVIATION
-
-
-def _deviate(state: Array, deviation: float) -> Array:
-    """Return angles and rates with a deviation of alternating signs."""
-    signs = np.where(np.arange(state.size) % 2 == 0, 1.0, -1.0)
-    return state + deviation * signs
+    """Return the ratio of the error after the touchdown to an error at the end of a slip inside the step, or zero."""
+    if not any(phase.mode.slips for phase in transcription.phases[:-1]):
+        return 0.0
+    return check_between_nodes(transcription, values, x, DEVIATION).touchdown / DEVIATION
 
 
 def _first_state(transcription: Transcription, x: Array) -> Array:

@@ -125,7 +125,7 @@ def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
 
 
 def _locate_falls(guard: Callable[[float, Array, float], float], run: Any, turns: Array, middle: float) -> list[float]:
-    """Return the times at which a guard falls through zero in a run of the integrator, from those of its extrema."""
+    """Return the times at which a guard falls through zero in a run of an integrator, from those of its extrema."""
     from scipy.optimize import brentq
 
     def value(time: float) -> float:
