@@ -68,8 +68,8 @@ def one_at_a_time(function: Callable[P, T]) -> Callable[P, T]:
 class cached_property(functools.cached_property[T]):
     """A cached property that may build expressions.
 
-    That of Python 3.11 holds another lock: a thread that waits in it for the lock of expressions and a thread that holds
-    this one and waits for the property would wait for ever.
+    That of Python 3.11 holds another lock: a thread that waits in it for the lock of expressions, and a thread that has
+    this one and waits for the property, would wait for ever.
     """
 
     @overload
