@@ -153,7 +153,7 @@ def _describe_system_error(error: Exception) -> str | None:
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Return whether an error is due to insufficient memory, which an import reports in words of its own.
+    """Return whether an error is due to insufficient memory, which an import reports differently.
 
     With a limit of the address space, Python also fails without any exception set.
     """
@@ -164,7 +164,7 @@ def _lacks_memory(error: BaseException) -> bool:
 
 
 def report_thread_error(lost: "threading.ExceptHookArgs") -> None:
-    """Print an error of another thread; if it is due to insufficient memory, the command says so."""
+    """Print an error of another thread; if it is due to insufficient memory, the command states it."""
     if lost.exc_value is None or not _lacks_memory(lost.exc_value):
         threading.__excepthook__(lost)
 
