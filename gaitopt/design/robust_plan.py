@@ -213,12 +213,17 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
 def _tune(
     gait: Gait, selected: list[Scenario], law: LawChoice, limit: TorqueLimit, search: GainSearchOptions
 ) -> tuple[Tuning | None, Law]:
-    """Return the tuned gains, if any, and the law for the worst of some scenarios; InputError if there is none."""
+    """Return the tuned gains, if any, and the law for the worst of some scenarios; InputError if there is none.
+
+    An interrupt of the tuning, which keeps the best gains, is raised again: the design has no use for them.
+    """
     family = make_family(law, gait, limit)
     if not family.gains:
         return None, family.law({})
     grounds = [scenario.parameters for scenario in selected if scenario.parameters]
     tuned = tune_feedback(gait, family, frictions=grounds, search=search, test=QUICK)
+    if tuned.search_interrupted or tuned.verified.interrupted:
+        raise KeyboardInterrupt
     if not isinstance(tuned.law, Law):
         raise InputError(f"No gains of the family {family.name!r} define a law for the gait.")
     return tuned, tuned.law

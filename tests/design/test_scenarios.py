@@ -1,5 +1,6 @@
 """Robust plans: the worst violated scenario is added until none is left, and unseen scenarios are survived."""
 
+import dataclasses
 import math
 
 import pytest
@@ -166,3 +167,15 @@ def test_an_interrupt_of_a_solve_ends_the_planning(monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         robust_plan._plan(problem(), [Scenario({"friction": 0.1})], gait)
     assert frictions == [0.1]
+
+
+def test_an_interrupt_of_the_tuning_ends_the_planning(monkeypatch):
+    """Tuning by itself keeps the best gains."""
+    tune = robust_plan.tune_feedback
+
+    def interrupted(*arguments, **options):
+        return dataclasses.replace(tune(*arguments, **options), search_interrupted=True)
+
+    monkeypatch.setattr(robust_plan, "tune_feedback", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        solve_scenarios(problem(), SCENARIOS, search=QUICK)
