@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitopt import Status
-from gaitopt.cli.script import build_problem
+from gaitopt.cli.script import read_script
 from gaitopt.ocp import FromPlanarGait, solve_planar
 from tests.ocp.multicontact_examples import stride
 
@@ -20,7 +20,7 @@ FACTORS = (0.9, 1.1)
 
 def examples():
     """Return the problems by name."""
-    scripts = {name: build_problem(FOLDER / f"{name}.py", [f"friction={mu}"]) for name, mu in FRICTION.items()}
+    scripts = {name: read_script(FOLDER / f"{name}.py", [f"friction={mu}"])() for name, mu in FRICTION.items()}
     return {**scripts, "five links": stride()}
 
 
