@@ -90,7 +90,7 @@ KILLED = """
 
     if __name__ == "__main__":
         show = lambda done, total: print(done, flush=True)
-        sweep(quick_problem(), {{'friction': np.linspace(0.13, 0.19, 24)}}, sequences={contact sequences}, starts=1,
+        sweep(quick_problem(), {{'friction': np.linspace(0.13, 0.19, 24)}}, sequences={sequences}, starts=1,
               path=sys.argv[1], execution=Execution(workers=2, observer=show))
 """
 

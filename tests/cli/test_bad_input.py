@@ -183,7 +183,7 @@ def test_an_option_named_like_a_parameter_is_answered_by_how_a_parameter_is_chan
     "error",
     [
         MemoryError(),
-        OSError(errno.ENOMEM, "Cannot allocate memory", "/tmp/folder"),
+        OSError(errno.ENOMEM, "Cannot allocate memory", "folder"),
         ImportError("x.so: failed to map segment from shared object"),
         SystemError("error return without exception set"),
     ],
