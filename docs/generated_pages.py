@@ -23,7 +23,7 @@ LAYERS = {
     "control": "Control laws",
     "simulation": "Simulation and replay",
     "stability": "Periodic gaits and stability",
-    "continuation": "Branches over a parameter",
+    "continuation": "Branches of gaits",
     "tuning": "Tuning of feedback laws",
     "design": "Robust gaits and families of gaits",
     "study": "Studies",

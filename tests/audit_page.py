@@ -21,12 +21,13 @@ HEAD = """# Audit
 {count} random problems, solved with the default options, verified by replay in the simulator, and replayed again by a
 second integrator. The problems are the installed scripts below with random settings (seed {seed}). The second
 integrator shares only the symbolic equations of the robot with the simulator: contact forces, contact modes, event
-location, impacts and the integration (SciPy's DOP853) are computed separately. Every problem is repeated by
-`gaitopt solve` with the settings in the results of `gaitopt audit`.
+location, impacts and the integration (SciPy's DOP853) are computed separately. Every problem can be repeated
+by `gaitopt solve` with the settings in the results of `gaitopt audit`.
 
-- *verified*: the plan and both replays agree: the sequence, the state to {state:g} and the period to {period:g} s.
+- *verified*: the plan and both replays agree in the sequence, the state (within {state:g}) and the period (within
+  {period:g} s).
 - *false pass*: the simulator verifies the gait, and the second integrator does not.
-- *refused*: the solve has a solution that the simulator does not verify.
+- *refused*: the solve has a solution that fails its replay in the simulator (status `not_verified`).
 - *plan inaccurate*, *infeasible* and others: statuses of solves without a solution. They include problems that have no
   gait, since the settings are drawn at random.
 

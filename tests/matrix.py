@@ -55,7 +55,7 @@ script in `problems`.
   passive gait, the change of the state over a period.
 - *multipliers*: largest difference of the return map's exact derivative from central differences, relative to the
   largest entry (at most 1e-5), and the spectral radius in open loop; under feedback if the open loop magnifies rounding
-  errors too much for differences. The smallest difference counts, over the steps 1e-6, 1e-7 and 1e-8 and over linear
+  errors too much for differences. The smallest difference is used, over the steps 1e-6, 1e-7 and 1e-8 and over linear
   extrapolations from two of them to a step of zero: where the force of a foot vanishes at lift-off, second derivatives
   jump, and the error of a difference is proportional to its step.
 - *law that stabilises it*: the feedback, and the spectral radius with it. A gait of a robot with several contacts is

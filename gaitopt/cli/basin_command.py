@@ -74,13 +74,13 @@ def basin(
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
 
-    For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the
-    gait is also reported.  Coordinates of the start without an axis have the value of --state, otherwise that of the
-    saved gait.  Those of a script with a single axis and without --state are those of the periodic gait that is found
-    first; otherwise they are 0.  The file of results contains them.
+    For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the gait is
+    also reported.  A coordinate of the start without an axis has the value stated by --state, otherwise that of the
+    saved gait.  For a script with a single axis and without --state it has the value of the first periodic gait that is
+    found, and in all other cases it is 0.  The file of results contains these values.
 
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
-    rates that are not given change as little as possible, such that its feet stand on the ground.
+    rates that are not stated change as little as possible, such that its feet stand on the ground.
 
     For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
     values of its parameter, and the smallest fatal push of each gait is reported.

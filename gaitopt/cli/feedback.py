@@ -178,12 +178,12 @@ def push(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the largest push, slope, friction patch, torque noise and sensor delay that a gait survives under a law.
+    """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
 
     A push changes angles and rates after a touchdown in a random direction; all seeded pushes of a size must be
-    survived.  The slope changes for all steps.  The friction patch is a loss of friction over five steps in the middle
-    of the walk, whereas --patch of 'gaitopt simulate' states the friction itself.  The noise acts on each torque, and
-    the delay is the age of the state that the law receives.
+    survived.  The slope changes for all steps.  The loss of friction, called friction patch in the results, lasts five
+    steps in the middle of the walk; --patch of 'gaitopt simulate' states the friction itself instead.  The noise acts
+    on each torque, and the delay is the age of the state that the law receives.
 
     For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
     the ground; the noise acts on the actuators with a planned torque.  The problem script is accepted in place of the

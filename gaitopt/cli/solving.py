@@ -70,7 +70,7 @@ def solve(
 ) -> None:
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
-    A solve without a result writes SCRIPT_failed.h5, which contains robot and problem: gaitopt solve SCRIPT_failed.h5
+    If no gait is found, SCRIPT_failed.h5 is written, which contains robot and problem: gaitopt solve SCRIPT_failed.h5
     repeats it, without the script.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.

@@ -48,7 +48,7 @@ SecondRange = Annotated[
     typer.Option(
         "--second",
         metavar="NAME=FROM:TO",
-        help="Second parameter, over which the special points of the first branch are followed as curves.",
+        help="Second parameter, with which the special points of the first branch are followed as curves.",
     ),
 ]
 DiagramOutput = Annotated[
@@ -65,9 +65,7 @@ OptimalPoints = Annotated[
 ]
 ReplayInterval = Annotated[
     int,
-    typer.Option(
-        "--replay", min=0, help="Number of points from one replayed optimal gait to the next; 0 for no replay."
-    ),
+    typer.Option("--replay", min=0, metavar="N", help="Replay every N-th optimal gait; 0 for none."),
 ]
 OptimalSequences = Annotated[
     list[str] | None,
@@ -122,7 +120,7 @@ def trace(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Follow a periodic gait over a parameter, through folds, period doublings and changes of the contact sequence.
+    """Follow a gait as a parameter varies, through folds, period doublings and changes of the contact sequence.
 
     A script is traced from its first stable gait at FROM, a saved gait in both directions from the value of the
     parameter in its file.

@@ -1,8 +1,8 @@
-"""Continuation of gaits over a parameter.
+"""Continuation of gaits as a parameter varies.
 
-:func:`trace` follows periodic gaits over a parameter and locates the values at which their contact sequence or their
-stability changes, and the ends of each branch.  :func:`trace_optimum` follows optimal gaits and locates the values at
-which constraints become active or inactive.
+:func:`trace` follows periodic gaits as a parameter varies and locates the values at which their contact sequence or
+their stability changes, and the ends of each branch.  :func:`trace_optimum` follows optimal gaits and locates the
+values at which constraints become active or inactive.
 """
 
 from gaitopt.lazy_exports import export_lazily

@@ -84,7 +84,7 @@ def trace(
     options: TraceOptions | None = None,
     observer: BranchObserver | None = None,
 ) -> BranchDiagram:
-    """Follow periodic gaits over a parameter and locate every special point.
+    """Follow periodic gaits as a parameter varies, and locate every special point.
 
     Pseudo-arclength continuation follows each branch around folds and through changes of the contact sequence.
     Bifurcations are located as zeros of test functions, changes of the contact sequence by bisection to 1e-10.

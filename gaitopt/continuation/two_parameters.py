@@ -49,7 +49,7 @@ def trace_curve(
     options: TraceOptions | None = None,
     observer: CurveObserver | None = None,
 ) -> SpecialCurve:
-    """Follow a special point of a branch over a second parameter, in both directions.
+    """Follow a special point of a branch as a second parameter varies, in both directions.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def step_to_step(
     ----------
     robot : Robot
     law : Law
-        Law by the clock without limits and memory, to which the torques are added.
+        Clock-based law without limits and memory, to which the torques are added.
     state : (n_z,) array
         z*.
     gains : (windows n_u, n_z) array

@@ -35,7 +35,7 @@ def write_c(
 ) -> Path:
     """Write dynamics, contact, impact and controller as a C file, and its header beside it.
 
-    The code is generated from the very expressions that gaitopt solves and simulates with.  Every function is named
+    The code is generated from the same expressions that gaitopt optimises and simulates.  Every function is named
     after the file: ``gait.c`` has ``gait_acceleration_stick(q, v, u, p, acceleration, force)`` and the like, the
     default parameters ``gait_parameters``.  The controller is a step function with an explicit state:
     ``gait_begin(&state, q, v)`` after every touchdown, then ``gait_step(&state, clock, q, v, slide, torque)`` at every

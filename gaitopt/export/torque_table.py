@@ -27,7 +27,7 @@ FORMAT, VERSION = "gaitopt torques", 1
 def write_torques(motion: AnyMotion, path: str | Path, *, law: Law | None = None) -> Path:
     """Write the first step of a motion as a table of torques and reference states over the time since touchdown.
 
-    Torques are linear between samples.  Where a time comes twice, a phase ends and the next begins, and a torque may
+    Torques are linear between samples.  Where a time appears twice, a phase ends and the next begins, and a torque may
     jump.
 
     Parameters
@@ -38,8 +38,9 @@ def write_torques(motion: AnyMotion, path: str | Path, *, law: Law | None = None
         Usually ends in ``.json``.
     law : Law, optional
         A feedback law about this motion, of a robot with one foot on the ground at a time.  Its gains, gain matrices in
-        each piece (``gain_matrices``; ``slope`` is their derivative by the time since the piece began), latched values
-        and the derivative of its torques by the state at each sample (``torque_by_state``) are written as well.
+        each piece (``gain_matrices``; ``slope`` is their derivative with respect to the time since the piece began),
+        latched values and the derivative of its torques with respect to the state at each sample (``torque_by_state``)
+        are written as well.
 
     Returns
     -------

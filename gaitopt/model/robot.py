@@ -93,7 +93,7 @@ class Coordinates:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Robot(LazyRecord):
-    """A planar single-support walker.  Build one with :func:`gaitopt.assemble`.
+    """A planar walker with one foot on the ground at a time.  Build one with :func:`gaitopt.assemble`.
 
     Every attribute from `dynamics` on is a CasADi Function of q (n_q), v (n_q), u (n_u) and the parameter
     vector p (n_p); the optimiser calls them with symbols and the simulator with numbers, so both use the same model.

@@ -73,7 +73,7 @@ def verify_checksum(path: Path) -> bool:
     if end is None:
         raise _unreadable(path, "it does not begin like an HDF5 file")
     if size != end:
-        raise _unreadable(path, f"it has {size} bytes, but states {end}")
+        raise _unreadable(path, f"it has {size} bytes, but its header states {end}")
     return False
 
 

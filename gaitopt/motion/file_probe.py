@@ -31,9 +31,9 @@ def probe_file(path: Path) -> None:
             command, env=environment, timeout=TIME_LIMIT, check=False, stdin=subprocess.DEVNULL, capture_output=True
         ).returncode
     except subprocess.TimeoutExpired:
-        raise ArchiveError(f"{path} is damaged: the HDF5 library does not return from it.") from None
+        raise ArchiveError(f"{path} is damaged: the HDF5 library does not finish reading it.") from None
     if status < 0 or status >= 0xC0000000:  # a signal, or an exception of Windows
-        raise ArchiveError(f"{path} is damaged: the HDF5 library crashes on it.")
+        raise ArchiveError(f"{path} is damaged: the HDF5 library crashes while reading it.")
 
 
 def read_all(path: str) -> None:

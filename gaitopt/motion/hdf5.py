@@ -137,7 +137,7 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
     except OSError as error:
         raise ArchiveError(f"{path} is not a readable HDF5 file: it is damaged or of another kind ({error}).") from None
     except MemoryError:
-        raise ArchiveError(f"{path} does not fit into the memory.") from None
+        raise ArchiveError(f"{path} does not fit into memory.") from None
     except Exception as error:  # whatever the content leads to
         if stems_from_interrupt(error):
             raise KeyboardInterrupt from None

@@ -126,7 +126,7 @@ class Jump:
     mode : Mode
         Contact mode of the landing foot after the impact.
     impulse : (2,) array [N s]
-        (L_t, L_n).
+        (Lambda_t, Lambda_n).
     q, v_minus, v_plus : (n_q,) arrays
         Configuration, and rates before and after, in the coordinates of the step that ends.
     q_next, v_next : (n_q,) arrays
@@ -158,7 +158,7 @@ class Jump:
 
     @property
     def ratio(self) -> float:
-        """Impulse ratio L_t / L_n; nan without an impulse."""
+        """Impulse ratio Lambda_t / Lambda_n; nan without an impulse."""
         return float(self.impulse[0] / self.impulse[1]) if self.impulse[1] else float("nan")
 
 

@@ -121,5 +121,6 @@ def fit_curve(time: Array, values: Array, pieces: int | None) -> Any:
         return make_lsq_spline(time, values, knots)
     except ValueError:
         raise InputError(
-            f"pieces must be so small that every piece contains samples, got {count} for {time.size} samples."
+            f"the number of pieces must be so small that every piece contains samples, got {count} for {time.size} "
+            "samples."
         ) from None

@@ -142,12 +142,12 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         Traceback (most recent call last):
         ...
         gaitopt.errors.SequenceError: A sweep needs a sequence without 'any', got 'foot any > flight |'; \
-search(problem, sequences=[...]) finds the best of those it stands for.
+search(problem, sequences=[...]) finds the best sequence that matches it.
         """
         if self.is_open:
             raise SequenceError(
                 f"{purpose} needs a sequence without 'any', got '{self}'; search(problem, sequences=[...]) finds the "
-                "best of those it stands for."
+                "best sequence that matches it."
             )
         return self
 

@@ -114,7 +114,7 @@ def _events(gait: PlanarGait) -> Facts:
 
 
 def _impacts(gait: PlanarGait) -> Facts:
-    """Return mode and ratio L_t / L_n of the impulses at each impact; contacts of one body share their impulse."""
+    """Return mode and ratio Lambda_t / Lambda_n of the impulses at each impact; the contacts of a body share one."""
     entries, facts = gait.motion.contact_entries, Facts()
     for event in gait.motion.events:
         bodies: dict[str, list[int]] = {}

@@ -89,7 +89,7 @@ class PlanarEvent:
     before, after : ContactState
     q, v_minus, v_plus : (n_q,) arrays
     impulse : (n_c, 2) array [N s]
-        (L_t, L_n) of each contact; zero without an impact.
+        (Lambda_t, Lambda_n) of each contact; zero without an impact.
     outcome : ContactState or None
         Mode of each contact in the impact, free if it has no impulse; None without an impact.
     energy_lost : float [J]

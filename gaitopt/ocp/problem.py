@@ -65,7 +65,7 @@ class GaitProblem:
     limits : Limits
     margins : Margins
     guess : Guess or None
-        Initial guess; None stands for a straight line from pose to pose.
+        Initial guess; None for automatic starts, see :func:`gaitopt.solve`.
     transcription : Collocation or MultipleShooting
     name : str
         Name shown in reports.

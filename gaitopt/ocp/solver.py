@@ -94,10 +94,11 @@ def solve(
         A planar robot with any contacts is solved by :func:`gaitopt.ocp.solve_planar`.
     starts : int, optional
         Number of starts; the gait of lowest objective is returned.  By default, problems with a guess, a smooth
-        objective or an open sequence have one start: the guess or a line from pose to pose.  Others have two or three:
-        the gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and, unless these
-        two nearly agree or lead to the same solution, a line with a delayed swing.  With 1, the start is the guess or
-        the line; further starts are the line and random perturbations with fixed seeds.
+        objective or an open sequence have one start: their guess or the linear guess.  Others have two or three: the
+        gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and, unless these two
+        nearly agree or lead to the same solution, the linear guess with a delayed swing.  With 1, the start is the
+        guess of the problem or the linear guess; further starts are the linear guess and random perturbations with
+        fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional

@@ -27,8 +27,8 @@ class DaskExecutor(Executor):
     """The workers of a Dask scheduler, for ``Execution(executor=...)``.
 
     Needs ``pip install 'gaitopt[cluster]'`` here and where the workers run.  A worker takes one task at a time and is a
-    process of one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.  Tasks of a worker that dies are done by
-    others; workers may come and go.
+    process of one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.  The tasks of a worker that terminates are
+    repeated by others; workers may be added and removed.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class DaskExecutor(Executor):
         If no scheduler answers at the address within seconds, or its workers run several threads or another version of
         gaitopt.
     GaitoptError
-        If no worker comes in time.
+        If no worker connects in time.
 
     Examples
     --------

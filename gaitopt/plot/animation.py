@@ -41,7 +41,7 @@ def animate(
     """Write an animation of a gait: the walker, its contact force in the friction cone, and the slides of its feet.
 
     The step repeats, the legs swapping roles.  Slides are drawn to scale with their length written beside them, and
-    again under a magnifying glass with a ruler.  A slip phase is slowed further where it would be too short to be
+    again enlarged, with a scale.  A slip phase is slowed further where it would be too short to be
     seen; every frame states the slow-down.
 
     Parameters
@@ -52,7 +52,7 @@ def animate(
     steps : int
         Number of repetitions of the step.
     fps : int
-        Frames per second; a GIF keeps time in hundredths of a second, so 30 becomes 33.3, and 50 is its most.
+        Frames per second; a GIF keeps time in hundredths of a second, so 30 becomes 33.3, and 50 is the maximum.
     slow : float
         Seconds on the screen for a second of motion.
     observer : callable, optional

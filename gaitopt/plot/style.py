@@ -75,7 +75,7 @@ class FigureStyle:
     font_size : float [pt]
         Of axis labels; numbers at ticks are half a point smaller.
     font : str
-        Family, one that matplotlib finds.
+        Font family that matplotlib finds.
     titled : bool
         Whether figures have a title; in a paper the caption replaces it.
 

@@ -41,7 +41,7 @@ class Event:
     before, after : str
         Contact modes; `after` is ``"-"`` if the simulation ends.
     impulse : (float, float) or None [N s]
-        (L_t, L_n) of a touchdown.
+        (Lambda_t, Lambda_n) of a touchdown.
     energy_lost : float [J]
         Energy lost at a touchdown.
 

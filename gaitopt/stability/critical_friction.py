@@ -27,7 +27,7 @@ class CriticalFriction:
     state : (2 n_q,) array
         State (q, v) at the maximum.
     impact : float
-        Largest abs(L_t) / L_n of the touchdowns: with lower friction the impact slips.
+        Largest abs(Lambda_t) / Lambda_n of the touchdowns: with lower friction the impact slips.
 
     Examples
     --------

@@ -12,7 +12,7 @@ from gaitopt.simulation.planar_verification import verify_planar
 def solve_default(problem: PlanarProblem, starts: int) -> PlanarGait:
     """Return the gait of lowest objective from the default starts of a problem, without its certificate.
 
-    A guess whose phases are those of another contact sequence is replaced by a line between poses.
+    A guess whose phases are those of another contact sequence is replaced by the linear guess between poses.
     """
     try:
         gait = solve_planar(problem, starts=starts)

@@ -35,7 +35,7 @@ class TuningObjective(Protocol):
 @check_record
 @dataclass(frozen=True)
 class SpectralRadius:
-    """The largest modulus of a multiplier, the asymptotic decay rate of small deviations per step.
+    """The largest modulus of the multipliers, the asymptotic factor by which small deviations change per step.
 
     Examples
     --------

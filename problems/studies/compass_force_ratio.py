@@ -40,7 +40,7 @@ IMPULSE = {
     "marker": "D",
     "markersize": 5,
     "linestyle": "none",
-    "label": "touchdown impulse $L_t/L_n$",
+    "label": "touchdown impulse $\\Lambda_t/\\Lambda_n$",
 }
 
 

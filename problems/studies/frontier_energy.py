@@ -65,7 +65,8 @@ def _remarks(frictions, terms):
         impact, slip, braking = (_difference(terms[name])[number] for name, *_ in TERMS)
         yield (
             f"At friction {frictions[number]:g} the slipping touchdown reduces the impact loss by {-impact:.3f} J/m; "
-            f"slip costs {slip:.3f} J/m and braking {braking:+.3f} J/m; the sum is {impact + slip + braking:+.3f} J/m."
+            f"slip costs {slip:.3f} J/m and braking {braking:+.3f} J/m; "
+            f"in total, the work changes by {impact + slip + braking:+.3f} J/m."
         )
 
 

@@ -104,7 +104,7 @@ def _remarks(table, sequences, changes):
     solved = int((table.status == "solved").sum())
     yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed the replay."
     for sequence, at, reason in _missing(table):
-        yield f"No gait was found for `{sequence}` at friction {at:.3f}: {reason}."
+        yield f"`{sequence}` at friction {at:.3f}: {reason}."
 
 
 def _missing(table):

@@ -50,7 +50,9 @@ def _draw(cycle, slope):
             -critical.friction, label=rf"critical friction $\mu$ = {critical.friction:.3f}", **STYLE.limit_line
         )
         end = (float(np.rad2deg(HALF)), cycle.impact_ratio)
-        axes.plot(*end, "D", color="black", markersize=5, label="touchdown impulse $L_t/L_n$", linestyle="none")
+        axes.plot(
+            *end, "D", color="black", markersize=5, label="touchdown impulse $\\Lambda_t/\\Lambda_n$", linestyle="none"
+        )
         axes.annotate(
             f"{end[1]:.4f}".replace("-", "\N{MINUS SIGN}"),
             end,

@@ -68,7 +68,7 @@ def test_objectives_without_a_formula_are_named():
         name, formula = "custom", None
 
     assert lines(gait_problem(objective=2 * CostOfTransport() + Custom()))["minimise"] == (
-        "2 cost_of_transport + custom = 2 1/(m g d) ∫ Σ |u_i ω_i| dt + custom"
+        "2 cost_of_transport + custom = 2 1/(m g L) ∫ Σ |u_i ṡ_i| dt + custom"
     )
 
 

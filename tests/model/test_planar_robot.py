@@ -151,7 +151,7 @@ def test_a_robot_without_mass_is_a_fault():
 
 def test_a_coordinate_of_travel_that_turns_the_robot_is_a_fault():
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY], travel="a")
-    assert "the motion depends on the place" in check_planar(biped(c)).faults[0]
+    assert "the motion depends on the position" in check_planar(biped(c)).faults[0]
     assert PlanarCoordinates(("y",), [GRAVITY]).travel is None
 
 

@@ -81,12 +81,12 @@ def test_open_sequences_that_are_refused(monkeypatch):
     robot = compass_with_two_feet()
     with pytest.raises(SequenceError, match=r"A sweep needs a sequence without 'any', got 'foot A any \|'"):
         sweep(walk().replace(sequence="foot A any |"), {"speed": [0.6]})
-    with pytest.raises(SequenceError, match="stands for no possible contact sequence of 'compass_with_two_feet'"):
+    with pytest.raises(SequenceError, match="matches no possible contact sequence of 'compass_with_two_feet'"):
         closed("foot A slip+ > foot A any | [foot B slip-]", robot)
     with pytest.raises(InputError, match="with joint stops are not enumerated"):
         closed("any", kneed_walker())
     with pytest.raises(SequenceError, match="has contact 'knee A' in mode 'any'; accepted: closed, latched"):
         PhaseSequence.parse("foot A stick, knee A any |", kneed_walker())
     monkeypatch.setattr(open_sequences, "MOST_SEQUENCES", 2)
-    with pytest.raises(SequenceError, match=r"stands for 3 contact sequences of .* more than 2: state more modes"):
+    with pytest.raises(SequenceError, match=r"matches 3 contact sequences of .* more than 2: state more modes"):
         closed("foot A any |", robot)

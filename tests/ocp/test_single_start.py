@@ -232,5 +232,5 @@ def test_the_description_of_a_problem_is_evaluated_when_it_is_read(reference_pro
     gait = solve(problem, starts=1)
     assert isinstance(vars(gait)["problem"], Deferred)
     assert gait.problem["objective"] == "torque_squared"
-    assert gait.problem["guess"] == "line"
+    assert gait.problem["guess"] == "linear guess"
     assert gait.problem["intervals"] == [10]

@@ -32,7 +32,7 @@ def stop_in_run(number, iteration=2):
 @pytest.mark.parametrize(
     ("number", "guess"),
     [
-        (12, "line with a delayed swing"),  # a line leads to a swing leg that waits in front of the walker
+        (12, "linear guess with a delayed swing"),  # a line leads to a swing leg that waits in front of the walker
         (31, "a gait of least squared torques, 'stick | stick'"),
     ],
 )
@@ -40,7 +40,7 @@ def test_a_better_optimum_than_that_of_a_line_is_the_default(number, guess):
     problem = draw_problem(number)
     line, default = solve(problem, starts=1), solve(problem)
     assert line.status is default.status is Status.SOLVED
-    assert line.problem["guess"] == "line"
+    assert line.problem["guess"] == "linear guess"
     assert default.problem["guess"] == guess
     assert default.solver.objective < 0.995 * line.solver.objective
 
@@ -75,7 +75,7 @@ def test_an_interrupt_of_a_start_keeps_the_earlier_ones(reference_problem, run):
     assert gait.solver.iterations == sum(iterations(seen))
     assert gait.problem["intervals"] == [5, 10]
     if run == 1:
-        assert gait.problem["guess"] == "line"
+        assert gait.problem["guess"] == "linear guess"
     else:
         assert gait.problem["guess"] == f"a gait of least squared torques, '{SLIP}'"
     if run > 2:
@@ -120,7 +120,7 @@ def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
     problem = reference_problem(sequence=SLIP, limits=Limits(torque=0.05))
     (failure,) = run_starts(problem, seen.append)
     assert not failure.status.ok
-    assert failure.problem["guess"] == "line"
+    assert failure.problem["guess"] == "linear guess"
     assert len(iterations(seen)) == 2  # squared torques, and the line as none was found
 
 
@@ -144,7 +144,7 @@ def test_a_neighbour_without_a_solution_is_omitted(reference_problem):
     starts = [LinearGuess(), impossible]
     (gait,) = solve_from_starts(problem, starts, Newton(), silent, limit_iterations(Newton()))
     assert gait.status is Status.SOLVED
-    assert gait.problem["guess"] == "line"
+    assert gait.problem["guess"] == "linear guess"
 
 
 def labels(problem, count=None):
@@ -154,13 +154,13 @@ def labels(problem, count=None):
 
 
 def test_the_starts_have_a_fixed_order(reference_problem):
-    torques, delayed = "a gait of least squared torques, ", "line with a delayed swing"
+    torques, delayed = "a gait of least squared torques, ", "linear guess with a delayed swing"
     assert labels(reference_problem()) == [f"{torques}'stick | stick'", delayed]
     assert labels(reference_problem(sequence=SLIP)) == [f"{torques}'{SLIP}'", f"{torques}'stick | stick'", delayed]
-    assert labels(reference_problem(objective="torque_squared")) == ["line"]
-    assert labels(reference_problem(objective="torque_squared"), 2) == ["line", delayed]
-    assert labels(reference_problem(), 1) == ["line"]
-    further = ["line", "randomly perturbed line, seed 1", "randomly perturbed line, seed 2"]
+    assert labels(reference_problem(objective="torque_squared")) == ["linear guess"]
+    assert labels(reference_problem(objective="torque_squared"), 2) == ["linear guess", delayed]
+    assert labels(reference_problem(), 1) == ["linear guess"]
+    further = ["linear guess", "randomly perturbed linear guess, seed 1", "randomly perturbed linear guess, seed 2"]
     assert labels(reference_problem(), 5) == [f"{torques}'stick | stick'", delayed, *further]
     guess = RandomPerturbation(7)
     assert labels(reference_problem(guess=guess)) == [guess.describe()]

@@ -87,7 +87,7 @@ def trace_optimum(
     options: OptimumOptions | None = None,
     observer: OptimumObserver | None = None,
 ) -> OptimalDiagram:
-    """Follow optimal gaits over a parameter of their problem and locate every change of the active constraints.
+    """Follow optimal gaits as a parameter of their problem varies, and locate every change of the active constraints.
 
     The grid of the first gait is kept.  Its optimality conditions are continued over the parameter; the parameter is
     friction, slope, speed, step length, a parameter of the robot or a limit.  A constraint that becomes active or

@@ -26,7 +26,7 @@ class ImpactLaw(ABC):
 
     @abstractmethod
     def outcomes(self, velocity: Pair2, mobility: tuple[Pair2, Pair2], friction: float) -> list[tuple[Mode, Pair2]]:
-        """Return every consistent outcome with its impulse (L_t, L_n) [N s].
+        """Return every consistent outcome with its impulse (Lambda_t, Lambda_n) [N s].
 
         Parameters
         ----------
@@ -39,7 +39,7 @@ class ImpactLaw(ABC):
 
     @abstractmethod
     def impulse(self, outcome: Mode, velocity: ca.SX, mobility: ca.SX, friction: ca.SX) -> ca.SX:
-        """Return the impulse (L_t, L_n) of an outcome, shape (2, 1) [N s], as an expression."""
+        """Return the impulse (Lambda_t, Lambda_n) of an outcome, shape (2, 1) [N s], as an expression."""
 
     @abstractmethod
     def excess(self, impulse: Any, friction: Any, outcome: Mode, margin: Any) -> Any:
@@ -48,7 +48,7 @@ class ImpactLaw(ABC):
         Parameters
         ----------
         impulse : SX or array, shape (2,)
-            (L_t, L_n) [N s].
+            (Lambda_t, Lambda_n) [N s].
         friction : SX or float
         outcome : Mode
         margin : SX or float
@@ -63,8 +63,8 @@ class ImpactLaw(ABC):
 
         Parameters
         ----------
-        impulse : (L_n, a, b)
-            Normal impulse and both parts of L_t = a - b [N s].
+        impulse : (Lambda_n, a, b)
+            Normal impulse and both parts of Lambda_t = a - b [N s].
         excess : scalar
             Slip speed c [m/s].
         velocity : (v_n, v_t)
@@ -85,11 +85,11 @@ class PlasticFrictional(ImpactLaw):
 
     With the impulse L at the landing contact,
 
-        0 <= L_n  _|_  v_n+ >= 0
-        L_t = a - b
+        0 <= Lambda_n  _|_  v_n+ >= 0
+        Lambda_t = a - b
         0 <= a  _|_  c + v_t+ >= 0
         0 <= b  _|_  c - v_t+ >= 0
-        0 <= c  _|_  mu L_n - a - b >= 0
+        0 <= c  _|_  mu Lambda_n - a - b >= 0
 
     (c is the slip speed).  In the plane the outcome is stick, slip+ or slip-, found exactly by enumeration.
 
@@ -128,7 +128,7 @@ class PlasticFrictional(ImpactLaw):
         return consistent
 
     def impulse(self, outcome: Mode, velocity: ca.SX, mobility: ca.SX, friction: ca.SX) -> ca.SX:
-        """Return the impulse that stops the contact, or that of a slip with L_t on the edge of the cone."""
+        """Return the impulse that stops the contact, or that of a slip with Lambda_t on the edge of the cone."""
         if outcome is Mode.STICK:
             return -ca.solve(mobility, velocity)
         direction = ca.vertcat(-outcome.sign * friction, 1)

@@ -21,8 +21,8 @@ class ImpactCandidate:
     ----------
     modes : mapping of contact to Mode
         Mode of each contact in the impact; free if its impulse is zero and it does not approach.
-    impulse : mapping of contact to (L_t, L_n) [N s]
-        The tangential impulse of a group is shared in proportion to mu L_n.
+    impulse : mapping of contact to (Lambda_t, Lambda_n) [N s]
+        The tangential impulse of a group is shared in proportion to mu Lambda_n.
     velocity_plus : (n,) array
     energy_lost : float [J]
     tied : tuple of mappings of contact to Mode
@@ -67,7 +67,7 @@ class ImpactOutcome:
 
     @property
     def impulse(self) -> Mapping[str, tuple[float, float]]:
-        """Impulse (L_t, L_n) [N s] of each contact."""
+        """Impulse (Lambda_t, Lambda_n) [N s] of each contact."""
         return self._first.impulse
 
     @property
@@ -95,7 +95,7 @@ def solve_multicontact_impact(
 
     With M (v+ - v-) = sum(W' L), each contact sticks, slips in either direction or is left without impulse,
 
-        0 <= L_n  _|_  v_n+ >= 0        abs(L_t) <= mu L_n, opposite to v_t+ where it slips,
+        0 <= Lambda_n  _|_  v_n+ >= 0        abs(Lambda_t) <= mu Lambda_n, opposite to v_t+ where it slips,
 
     so that whether a foot on the ground stays there is a result.  The kinetic coefficient of friction is used.  A
     latched stop transmits impulses of either sign.  The energy lost is at least 0 for every outcome.

@@ -1,8 +1,9 @@
 """Equations of a plastic impact with given outcome, and the derivatives of contact velocities.
 
-The unknowns are w = (v+, L_n of the contacts with an impulse, L_t of the sticking bodies).  They satisfy
+The unknowns are w = (v+, Lambda_n of the contacts with an impulse, Lambda_t of the sticking bodies).  They satisfy
 
-    M (v+ - v) - sum of W_n^T L_n + W_t^T L_t = 0     with L_t = -s mu L_n of a contact that slips in direction s
+    M (v+ - v) - sum of W_n^T Lambda_n + W_t^T Lambda_t = 0
+    Lambda_t = -s mu Lambda_n of a contact that slips in direction s
     W_n v+ = 0, and W_t v+ = 0 of a sticking body
 """
 

@@ -164,13 +164,15 @@ def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, .
     if not -least > 1e-14:
         return (f"{name} the mass matrix is singular; every coordinate needs a mass or an inertia.",)
     if not energy < DIFFERENCED:
-        faults.append(f"{name} the energy changes by more than the work of its forces, by {energy:.3g} of it.")
+        faults.append(
+            f"{name} the change of energy differs from the work of the forces by {energy:.3g} (relative error)."
+        )
     if not contacts < DIFFERENCED:
-        faults.append(f"{name} the derivatives of gaps or slide coordinates are off by {contacts:.3g}.")
+        faults.append(f"{name} the derivatives of gaps or slide coordinates are wrong by {contacts:.3g}.")
     if not travel < EXACT:
         faults.append(
-            f"{name} the motion depends on the place along the ground by {travel:.3g}; choose the coordinate `travel` "
-            "that moves the whole robot forward, or None."
+            f"{name} the motion depends on the position along the ground (change by {travel:.3g}); choose the "
+            "coordinate `travel` that moves the whole robot forward, or None."
         )
     if not mirror < EXACT:
         faults.append(

@@ -45,12 +45,10 @@ def close_sequence(sequence: PhaseSequence, robot: PlanarRobot) -> tuple[PhaseSe
         return (sequence,)
     closed = list(_expand(sequence, robot) if sequence.phases else enumerate_planar_sequences(robot, PHASES))
     if not closed:
-        raise SequenceError(
-            f"The open sequence '{sequence}' stands for no possible contact sequence of {robot.name!r}."
-        )
+        raise SequenceError(f"The open sequence '{sequence}' matches no possible contact sequence of {robot.name!r}.")
     if len(closed) > MOST_SEQUENCES:
         raise SequenceError(
-            f"The open sequence '{sequence}' stands for {len(closed)} contact sequences of {robot.name!r}, more than "
+            f"The open sequence '{sequence}' matches {len(closed)} contact sequences of {robot.name!r}, more than "
             f"{MOST_SEQUENCES}: state more modes, or name the sequences to search(problem, sequences=[...])."
         )
     return tuple(closed)

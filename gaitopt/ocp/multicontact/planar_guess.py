@@ -117,7 +117,7 @@ class PoseGuess(PlanarGuess):
     Examples
     --------
     >>> PoseGuess().describe()
-    'line between poses'
+    'linear guess between poses'
     """
 
     def durations(self, setting: PlanarSetting) -> Array:
@@ -131,8 +131,8 @@ class PoseGuess(PlanarGuess):
         return PlanarSample(first[:, None] + rates * time, np.repeat(rates, time.size, axis=1))
 
     def describe(self) -> str:
-        """Return ``"line between poses"``."""
-        return "line between poses"
+        """Return ``"linear guess between poses"``."""
+        return "linear guess between poses"
 
 
 @check_arguments

@@ -225,7 +225,7 @@ def planar_quotient_block(builder: PlanarBuilder) -> Block:
     local, robot = BlockVariables(builder, 1), builder.robot
     p = builder.parameters(local)
     if robot.travel is None:
-        raise ValueError("an objective per travel needs a coordinate of travel")
+        raise ValueError("an objective divided by travel requires a coordinate of travel")
     place = robot.coordinates.index(robot.travel)
     columns = builder.variables[Unknown.COORDINATES][[place]]
     travel = local.add("last", columns[:, [-1]]) - local.add("first", columns[:, [0]])

@@ -171,7 +171,7 @@ def _event(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: Ar
 
 
 def _impulses(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: Array) -> Array:
-    """Return the impulse (L_t, L_n) of each contact, shape (n_c, 2)."""
+    """Return the impulse (Lambda_t, Lambda_n) of each contact, shape (n_c, 2)."""
     robot, outcome = transcription.structure.robot, list(phase.outcome or ())
     values = x[transcription.variables[Unknown.IMPULSE, phase.number][:, 0]]
     closed, friction = impact_contacts(phase), float(p[robot.index("friction")])

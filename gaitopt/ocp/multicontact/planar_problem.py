@@ -258,7 +258,9 @@ class PlanarProblem:
         if self.robot.travel is None and targets != (None, None):
             raise InputError(f"Robot {self.robot.name!r} does not travel; speed and step_length must be None.")
         if self.robot.travel is None and self.objective.per_weight_and_travel:
-            raise InputError(f"Robot {self.robot.name!r} does not travel; {self.objective.name!r} needs a travel.")
+            raise InputError(
+                f"Robot {self.robot.name!r} does not travel; {self.objective.name!r} requires a robot that travels."
+            )
         speed, step = self.speed_range, self.step_length_range
         for name, ends in (("speed", speed), ("step_length", step)):
             if getattr(self, name) is not None:

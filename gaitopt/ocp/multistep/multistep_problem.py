@@ -87,8 +87,8 @@ class MultiStepProblem:
             step.sequence.require_closed("A gait of several steps")
             if step.robot is not first.robot or self._common_parameters(step) != self._common_parameters(first):
                 raise InputError(
-                    f"steps[{number}] has a different robot from steps[0], or other parameters of it; all steps need "
-                    "the same robot with the same parameters."
+                    f"steps[{number}] differs from steps[0] in its robot or in the parameters of the robot; all steps "
+                    "need the same robot with the same parameters."
                 )
             if set(step.free) - {RISE}:
                 raise InputError(
@@ -112,8 +112,8 @@ class MultiStepProblem:
         self._check_footholds()
         if self.terrain is not None and self.periodic:
             raise InputError(
-                "A gait on a terrain needs start and end: it does not repeat. Stairs are climbed periodically by a "
-                "GaitProblem of adapt_to_uneven_ground(robot) with the parameter rise."
+                "A gait on a terrain needs start and end, because it does not repeat. For a periodic "
+                "gait on stairs, use a GaitProblem of adapt_to_uneven_ground(robot) with the parameter rise."
             )
         self.resolved_steps  # noqa: B018 - footholds that do not fit are reported when the problem is stated
 

@@ -16,7 +16,7 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.parameters import Parameter
 
-OPEN_CONES = ("cone beside slip speed", "impact cone beside slip speed")
+OPEN_CONES = ("complementarity of friction cone and slip speed", "complementarity of impact cone and slip speed")
 """Names of the pairs of open phases and impacts with the friction cone."""
 
 

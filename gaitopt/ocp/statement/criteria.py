@@ -27,7 +27,7 @@ class CostOfTransport(Objective):
 
     name = "cost_of_transport"
     unit = "1"
-    formula = ("1/(m g d) ∫ Σ |u_i ω_i| dt", r"\frac{1}{m g d} \int_0^T \sum_i |u_i \omega_i|\, dt")
+    formula = ("1/(m g L) ∫ Σ |u_i ṡ_i| dt", r"\frac{1}{m g L} \int_0^T \sum_i |u_i \dot s_i|\, dt")
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -67,8 +67,8 @@ class PositiveWork(Objective):
     name = "positive_work"
     unit = "1"
     formula = (
-        "1/(m g d) ∫ Σ max(u_i ω_i, 0) - r max(-u_i ω_i, 0) dt",
-        r"\frac{1}{m g d} \int_0^T \sum_i \max(u_i \omega_i, 0) - r \max(-u_i \omega_i, 0)\, dt",
+        "1/(m g L) ∫ Σ max(u_i ṡ_i, 0) - r max(-u_i ṡ_i, 0) dt",
+        r"\frac{1}{m g L} \int_0^T \sum_i \max(u_i \dot s_i, 0) - r \max(-u_i \dot s_i, 0)\, dt",
     )
     uses_power = True
     per_weight_and_travel = True

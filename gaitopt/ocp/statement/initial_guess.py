@@ -99,12 +99,12 @@ def _at_rest(robot: Robot, time: Array, angles: Array, rates: Array) -> Sample:
 @check_arguments
 @dataclass(frozen=True)
 class LinearGuess(Guess):
-    """Angles on a straight line from the pose after one touchdown to the pose at the next, without torque.
+    """The linear guess: angles on a straight line from the pose after one touchdown to the pose at the next, no torque.
 
     Examples
     --------
     >>> LinearGuess().describe()
-    'line'
+    'linear guess'
     """
 
     def durations(self, setting: Setting) -> Array:
@@ -119,14 +119,14 @@ class LinearGuess(Guess):
         return _at_rest(setting.robot, time, start[:, None] + (end - start)[:, None] * part, rates)
 
     def describe(self) -> str:
-        """Return ``"line"``."""
-        return "line"
+        """Return ``"linear guess"``."""
+        return "linear guess"
 
 
 @check_arguments
 @dataclass(frozen=True, eq=False)
 class Keyframes(Guess):
-    """Angles through poses at fractions of the step, monotone between them.
+    """Angles interpolated monotonically between poses at given fractions of the step.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class Keyframes(Guess):
 @check_arguments
 @frozen
 class RandomPerturbation(Guess):
-    """A straight line with random waves on the angles, a start for the search of other optima.
+    """The linear guess with random waves added to the angles, a start for the search of other optima.
 
     Attributes
     ----------
@@ -198,7 +198,7 @@ class RandomPerturbation(Guess):
     Examples
     --------
     >>> RandomPerturbation(seed=3).describe()
-    'randomly perturbed line, seed 3'
+    'randomly perturbed linear guess, seed 3'
     """
 
     seed: int = field(validator=whole_number(0))
@@ -216,19 +216,19 @@ class RandomPerturbation(Guess):
 
     def describe(self) -> str:
         """Return a text with the seed."""
-        return f"randomly perturbed line, seed {self.seed}"
+        return f"randomly perturbed linear guess, seed {self.seed}"
 
 
 @dataclass(frozen=True)
 class DelayedSwing(Guess):
-    """A straight line with half a wave on the angles: the first one, of the stance leg, leads, and the others lag.
+    """The linear guess with half a wave added to the angles: the first one, of the stance leg, leads, the others lag.
 
     For slow steps there may be two local optima: the swing leg waits in front of the walker, or behind it.
 
     Examples
     --------
     >>> DelayedSwing().describe()
-    'line with a delayed swing'
+    'linear guess with a delayed swing'
     """
 
     def durations(self, setting: Setting) -> Array:
@@ -242,8 +242,8 @@ class DelayedSwing(Guess):
         return _add_waves(setting, time, size)
 
     def describe(self) -> str:
-        """Return ``"line with a delayed swing"``."""
-        return "line with a delayed swing"
+        """Return ``"linear guess with a delayed swing"``."""
+        return "linear guess with a delayed swing"
 
 
 def _add_waves(setting: Setting, time: Array, size: Array) -> Sample:

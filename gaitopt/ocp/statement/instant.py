@@ -99,7 +99,7 @@ class StepBoundary:
     velocity_jump : (n_q)
         Rates after the impact minus those before, in the coordinates of the step that ends.
     impulse : (2) [N s]
-        (L_t, L_n).
+        (Lambda_t, Lambda_n).
     duration, travel : scalar [s], [m]
     parameters : mapping of str to scalar
         Parameters of robot and ground, SI units.

@@ -135,7 +135,7 @@ class Margins:
         phase, that is, after a sticking impact or at a direct reversal, the sticking force lies outside the cone:
         abs(f_t) >= (1 + cone) mu f_n.
     impact_cone : float
-        For a sticking impact abs(L_t) <= (1 - impact_cone) mu L_n.
+        For a sticking impact abs(Lambda_t) <= (1 - impact_cone) mu Lambda_n.
     slip_speed : float [m/s]
         Least speed of a sliding foot in mid-slide; towards a start or an end at rest the bound decreases to zero.
     sliding_inertia : float

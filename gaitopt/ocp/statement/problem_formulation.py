@@ -42,14 +42,14 @@ def formulate_gait_problem(problem: Any) -> Formulation:
     >>> problem = GaitProblem(robot=compass_biped(), sequence="slip+ stick | slip+", friction=0.14, speed=0.6)
     >>> print(formulate_gait_problem(problem))  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
     Optimal gait of compass_biped: slip+ stick | slip+
-      minimise     cost_of_transport = 1/(m g d) ∫ Σ |u_i ω_i| dt
+      minimise     cost_of_transport = 1/(m g L) ∫ Σ |u_i ṡ_i| dt
       torques      u = (ankle, hip)
       motion       M(q) dv/dt + h(q, v) = E(q) u + (f_t, f_n, 0, ...)
       phase 1      slip+: v_n = 0, v_t > 0, f_t = -μ f_n, f_n ≥ 0.01 m g
       then         at rest: v_t = 0
       phase 2      stick: v_n = 0, v_t = 0, |f_t| ≤ 0.999 μ_s f_n, f_n ≥ 0.01 m g
       touchdown    the landing foot reaches the ground
-      impact       M (v⁺ - v⁻) = Jᵀ Λ, v_n⁺ = 0, v_t⁺ ≥ 0, Λ_t = -μ Λ_n, Λ_n ≥ 0
+      impact       M (v⁺ - v⁻) = Wᵀ Λ, v_n⁺ = 0, v_t⁺ ≥ 0, Λ_t = -μ Λ_n, Λ_n ≥ 0
       ...
     """
     robot, limits = problem.robot, problem.limits
@@ -123,7 +123,7 @@ def formulate_objective(objective: Objective) -> Formula:
     --------
     >>> from gaitopt import CostOfTransport, TorqueSquared
     >>> formulate_objective(CostOfTransport() + 0.1 * TorqueSquared()).text
-    'cost_of_transport + 0.1 torque_squared = 1/(m g d) ∫ Σ |u_i ω_i| dt + 0.1 ∫ Σ u_i² dt'
+    'cost_of_transport + 0.1 torque_squared = 1/(m g L) ∫ Σ |u_i ṡ_i| dt + 0.1 ∫ Σ u_i² dt'
     """
     texts, symbols = [], []
     for weight, term in objective.terms():
@@ -194,8 +194,8 @@ def _touchdown(problem: Any) -> tuple[Formula, ...]:
         _words("touchdown", "the landing foot reaches the ground"),
         Formula(
             "impact",
-            f"M (v⁺ - v⁻) = Jᵀ Λ, v_n⁺ = 0, {law}, Λ_n ≥ 0",
-            rf"M (v^+ - v^-) = J^\mathsf{{T}} \Lambda,\ v_n^+ = 0,\ {latex},\ \Lambda_n \ge 0",
+            f"M (v⁺ - v⁻) = Wᵀ Λ, v_n⁺ = 0, {law}, Λ_n ≥ 0",
+            rf"M (v^+ - v^-) = W^\mathsf{{T}} \Lambda,\ v_n^+ = 0,\ {latex},\ \Lambda_n \ge 0",
         ),
         *collect("", [separation]),
     )

@@ -9,7 +9,11 @@ from gaitopt.ocp.transcription.relaxation import Pair
 UNKNOWNS = (Key(Kind.IMPULSE, "forward"), Key(Kind.IMPULSE, "backward"), Key(Kind.SLIP_SPEED_AFTER_IMPACT))
 """Unknowns a, b and c of the impact law; impulses per mass, so that all are in m/s."""
 
-_NAMES = ("slip speed beside forward impulse", "slip speed beside backward impulse", "impact cone beside slip speed")
+_NAMES = (
+    "complementarity of slip speed and forward impulse",
+    "complementarity of slip speed and backward impulse",
+    "complementarity of impact cone and slip speed",
+)
 """Names of the pairs: right side, left side."""
 
 

@@ -26,7 +26,11 @@ CONTACT = (
 )
 """Unknowns f_n, a and b per weight, with f_t = a - b, and c [m/s]."""
 
-_PAIRS = ("slip speed beside forward friction", "slip speed beside backward friction", "cone beside slip speed")
+_PAIRS = (
+    "complementarity of slip speed and forward friction",
+    "complementarity of slip speed and backward friction",
+    "complementarity of friction cone and slip speed",
+)
 
 
 FRICTION_PAIRS = len(_PAIRS)

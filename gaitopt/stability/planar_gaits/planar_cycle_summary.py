@@ -23,8 +23,8 @@ def summarise_planar_cycle(cycle: PlanarCycle) -> dict[str, Any]:
     -------
     dict
         SI units; a multiplier is a pair [real part, imaginary part].  `impacts` contains time, outcome, impulse
-        [L_t, L_n] and energy lost of every impact, `forces` the largest normal force and the largest force ratio of
-        every contact at the samples, both by contact.
+        [Lambda_t, Lambda_n] and energy lost of every impact, `forces` the largest normal force and the largest force
+        ratio of every contact at the samples, both by contact.
 
     Examples
     --------

@@ -38,7 +38,7 @@ def planar_critical_friction(automaton: PlanarAutomaton, rollout: PlanarRollout)
 
 
 def impact_ratios(event: PlanarEvent) -> dict[str, float]:
-    """Return the impulse ratio L_t / L_n of each contact with a normal impulse."""
+    """Return the impulse ratio Lambda_t / Lambda_n of each contact with a normal impulse."""
     names = [name for name, _ in event.before.modes]
     pairs = zip(names, event.impulse, strict=True)
     return {name: float(impulse[0] / impulse[1]) for name, impulse in pairs if impulse[1] > 0}

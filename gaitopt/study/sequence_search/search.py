@@ -64,8 +64,8 @@ def search(
     max_phases : int
         Largest number of phases, 1 to 6; 1 to 3 for a robot with several contacts.
     starts : int
-        Number of default starts of each sequence: the problem's guess or a straight line, a passive cycle if one
-        exists, lines with random perturbations from fixed seeds.
+        Number of default starts of each sequence: the problem's guess or the linear guess, a passive gait if one
+        exists, and random perturbations of the linear guess with fixed seeds.
     sequences : iterable of ContactSequence, PhaseSequence or str, optional
         Sequences to solve instead of all, each without open phases.
     execution : Execution, optional
