@@ -192,7 +192,7 @@ def _options(
 
     prepare = functools.partial(load_script, request.source.resolve()) if request.is_script else None
     execution = team.execution(observer, prepare)
-    return {"patience": SettlingCriterion(steps=steps), "execution": execution, "path": path}
+    return {"criterion": SettlingCriterion(steps=steps), "execution": execution, "path": path}
 
 
 def _find_basin(

@@ -53,7 +53,7 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row("law", tuned.family)
     several = tuned.law is not None and not isinstance(tuned.law, Law)
     table.add_row("gains", format_gains(tuned.family, tuned.gains, several_contacts=several))
-    verdict = verdict_text("stable" if tuned.stable else "unstable: the smallest radius that was found", tuned.stable)
+    verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     table.add_row("spectral radius", Text.assemble(radii, verdict))
     if tuned.cycle is not None:
@@ -124,7 +124,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
         "A push is survived if the walker returns to the gait, any other disturbance if it completes all steps, "
-        "possibly in another gait. Friction patch: loss of friction on the patch."
+        "possibly in another gait. Friction patch: loss of friction over some steps."
     )
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"

@@ -103,7 +103,7 @@ Rise = Annotated[
     typer.Option(
         "--rise",
         metavar="PLACE:HEIGHT",
-        help="Step in the height of the ground at a place, in m; a negative height is a step down (repeatable).",
+        help="Change of the height of the ground at a position along it [m]; negative downwards (repeatable).",
     ),
 ]
 Patch = Annotated[
@@ -111,8 +111,8 @@ Patch = Annotated[
     typer.Option(
         "--patch",
         metavar="BEGIN:END:FRICTION",
-        help="Patch of the ground between two places in m with the friction coefficient FRICTION (repeatable). The "
-        "friction patch of 'gaitopt push' is a loss of friction instead.",
+        help="Patch of the ground between two positions [m] with the friction coefficient FRICTION (repeatable). "
+        "'gaitopt push' varies the loss of friction on a patch instead.",
     ),
 ]
 

@@ -114,7 +114,7 @@ def simulate(
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
-    under such a robot; places are measured along the ground in the coordinates of the robot.
+    under such a robot; positions are measured along the ground in the coordinates of the robot.
 
     Exit status 0 if all steps were completed, 1 if the walk ended earlier.
 

@@ -49,7 +49,7 @@ def _onset(friction, samples, tolerance):
     """Return the initial rate above which the foot lifts off in the first step."""
     rates = {"theta_rate": np.linspace(0.8, 1.3, samples)}
     edges = locate_basin_edges(
-        rimless_wheel(), wheel(friction), rates, tolerance=tolerance, patience=SettlingCriterion(steps=1)
+        rimless_wheel(), wheel(friction), rates, tolerance=tolerance, criterion=SettlingCriterion(steps=1)
     )
     return next(value for value, _, above in edges if above == "lift_off")
 

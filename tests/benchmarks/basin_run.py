@@ -52,7 +52,7 @@ def gaitopt(progress):
         compass_biped(),
         {"slope": bare_heyoka.SLOPE, "friction": FRICTION, "th1": ANGLE},
         {"th1_rate": STANCE, "th2_rate": SWING},
-        patience=SettlingCriterion(steps=STEPS),
+        criterion=SettlingCriterion(steps=STEPS),
         execution=Execution(workers=WORKERS, observer=lambda done, total: progress()),
     )
     return found.steps.values.ravel().tolist(), found.final.sel(coordinate="th1").values.ravel().tolist()

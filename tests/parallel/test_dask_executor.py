@@ -66,7 +66,7 @@ def test_a_basin_is_the_same_byte_for_byte(cluster, monkeypatch):
 
     monkeypatch.setattr(basin_module, "CHUNK", 4)
     grid = {"theta_rate": np.linspace(0.1, 3.2, 14)}
-    settings = {"engine": ScipyEngine(relative=1e-8), "patience": SettlingCriterion(steps=3, tolerance=1e-2)}
+    settings = {"engine": ScipyEngine(relative=1e-8), "criterion": SettlingCriterion(steps=3, tolerance=1e-2)}
     here = basin(rimless_wheel(), {"slope": 0.23}, grid, **settings)
     there = basin(rimless_wheel(), {"slope": 0.23}, grid, **settings, execution=Execution(executor=cluster))
     assert there.identical(here)

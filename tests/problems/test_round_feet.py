@@ -117,7 +117,7 @@ def test_the_basin_of_the_passive_walker(passive_rolling):
     walk = passive_rolling
     start = {"th1": -0.18944, "th2_rate": -0.18761}
     axes = {"th1_rate": [0.1, 0.239, 0.6]}
-    found = basin(walk.robot, walk.parameters | start, axes, patience=SettlingCriterion(steps=40, tolerance=1e-3))
+    found = basin(walk.robot, walk.parameters | start, axes, criterion=SettlingCriterion(steps=40, tolerance=1e-3))
     assert ending_labels(found).tolist()[1] == "stick | stick"
 
 

@@ -43,7 +43,7 @@ def test_endings_do_not_depend_on_the_number_of_workers(monkeypatch):
 
     monkeypatch.setattr(module, "CHUNK", 10)  # so that two processes have something to do
     grid, friction = {"theta_rate": np.linspace(0.1, 3.2, 31)}, {**WHEEL, "friction": 0.3}
-    settings = {"engine": ScipyEngine(relative=1e-8), "patience": SettlingCriterion(steps=5, tolerance=1e-2)}
+    settings = {"engine": ScipyEngine(relative=1e-8), "criterion": SettlingCriterion(steps=5, tolerance=1e-2)}
     one = basin(rimless_wheel(), friction, grid, **settings)
     two = basin(rimless_wheel(), friction, grid, **settings, execution=Execution(workers=2))
     assert one.identical(two)
@@ -219,7 +219,7 @@ def test_file_of_another_law_is_not_gone_on_with(tmp_path):
     with pytest.raises(InputError, match="contains a different study"):
         basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, law=replace(passive(robot), name="another"))
     with pytest.raises(InputError, match="contains a different study"):
-        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, patience=SettlingCriterion(tolerance=1e-3))
+        basin(robot, WHEEL, {"theta_rate": [2.0]}, path=path, criterion=SettlingCriterion(tolerance=1e-3))
 
 
 def test_edges_of_a_band_narrower_than_the_samples_are_found_when_one_is():
@@ -260,7 +260,7 @@ def test_a_full_disk_leaves_a_basin_as_it_was(tmp_path, full_disk):
         tmp_path / "basin.h5",
         (rimless_wheel(), {"slope": 0.23}, {"theta_rate": np.linspace(0.1, 3, 300)}),
     )
-    settings = {"path": path, "engine": ScipyEngine(relative=1e-6), "patience": SettlingCriterion(steps=2)}
+    settings = {"path": path, "engine": ScipyEngine(relative=1e-6), "criterion": SettlingCriterion(steps=2)}
 
     def stop(done, total):
         raise KeyboardInterrupt

@@ -24,8 +24,8 @@ def gait():
 @pytest.fixture(scope="module")
 def table(gait):
     rate = assess_planar(gait).state["a_rate"]
-    patience = SettlingCriterion(steps=40, tolerance=1e-4)
-    return basin(gait, {}, {"a_rate": [rate - 0.05, rate, 0.5], "b_rate": [-0.5]}, patience=patience)
+    criterion = SettlingCriterion(steps=40, tolerance=1e-4)
+    return basin(gait, {}, {"a_rate": [rate - 0.05, rate, 0.5], "b_rate": [-0.5]}, criterion=criterion)
 
 
 def test_walks_near_a_gait_return_to_it_and_others_fall(gait, table):
@@ -50,19 +50,19 @@ def test_the_basin_of_the_hopper_resumes_and_a_start_in_the_air_is_none(tmp_path
     )
     (cycle,) = hopper.search(1)
     path, axes = tmp_path / "basin.nc", {"body_rate": np.array([1.0, 1.2]) * cycle.state["body_rate"]}
-    patience = SettlingCriterion(steps=60, tolerance=1e-3)
-    found = basin(hopper, {}, axes, patience=patience, path=path)
+    criterion = SettlingCriterion(steps=60, tolerance=1e-3)
+    found = basin(hopper, {}, axes, criterion=criterion, path=path)
     assert ending_labels(found).tolist() == [cycle.sequence.replace(", ", " and ")] * 2
     assert basin_key(found)["method"]["section"] == "sole closes"
-    assert basin(hopper, {}, axes, patience=patience, path=path).equals(load_basin(path))
+    assert basin(hopper, {}, axes, criterion=criterion, path=path).equals(load_basin(path))
     assert ending_labels(basin(hopper, {}, {"foot": [1.0]})).tolist() == ["no_start"]  # the foot is not on the ground
 
 
 @pytest.mark.slow
 def test_the_edge_of_a_basin_is_located(gait):
     rate = assess_planar(gait).state["a_rate"]
-    patience = SettlingCriterion(steps=40, tolerance=1e-4)
-    ((edge, below, above),) = locate_basin_edges(gait, {}, {"a_rate": [rate, 0.5]}, tolerance=1e-2, patience=patience)
+    criterion = SettlingCriterion(steps=40, tolerance=1e-4)
+    ((edge, below, above),) = locate_basin_edges(gait, {}, {"a_rate": [rate, 0.5]}, tolerance=1e-2, criterion=criterion)
     assert (below, above) == ("foot A stick |", "fell")
     assert rate < edge < 0.5
 

@@ -139,7 +139,7 @@ def _geometry(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
         quantities=((False, variables.find(Kind.RATE), 1.0),),
     )
     yield RelaxableLimit(
-        name="clearance of the open contacts",
+        name="clearance of the free contacts",
         setting="PlanarLimits.clearance",
         value=limits.clearance,
         unit="m",

@@ -66,7 +66,7 @@ class SettlingCriterion:
     longest_period: int = field(default=4, validator=whole_number())
 
 
-def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None = None) -> WalkEnding:
+def classify_walk(walker: Walker, z: Array, criterion: SettlingCriterion | None = None) -> WalkEnding:
     """Walk from a point of the section with foot speed until it repeats, fails, or reaches the maximum number of steps.
 
     A gait that slips throughout repeats in all coordinates but its foot speed, and counts as converged only if that
@@ -78,15 +78,15 @@ def classify_walk(walker: Walker, z: Array, patience: SettlingCriterion | None =
     walker : Walker
     z : (n_z,) array
         Coordinates of ``Section(robot, p, sliding=True)``.
-    patience : SettlingCriterion, optional
+    criterion : SettlingCriterion, optional
     """
     section = Section(walker.robot, walker.p, sliding=True)
     walk = _StepWalk(walker.walk_step, lambda state: state[section.places].tolist(), _repeats, _sequence_of)
-    return _follow_walk(walk, section.embed(z), patience or SettlingCriterion())
+    return _follow_walk(walk, section.embed(z), criterion or SettlingCriterion())
 
 
 def classify_planar_walk(
-    walker: "PlanarWalker", start: "PlanarState", kept: list[int], patience: SettlingCriterion
+    walker: "PlanarWalker", start: "PlanarState", kept: list[int], criterion: SettlingCriterion
 ) -> WalkEnding:
     """Walk a robot with several contacts until it repeats, fails, or reaches the maximum number of steps.
 
@@ -97,10 +97,10 @@ def classify_planar_walk(
         State right after the section.
     kept : list of int
         Entries of the state (q, v) that repeat in a gait: all except the position along the ground.
-    patience : SettlingCriterion
+    criterion : SettlingCriterion
     """
     walk = _StepWalk(walker.walk_step, lambda state: state.y[kept].tolist(), _are_close, _planar_sequence_of)
-    return _follow_walk(walk, start, patience)
+    return _follow_walk(walk, start, criterion)
 
 
 class _StepWalk(NamedTuple):
@@ -124,17 +124,17 @@ class _StepWalk(NamedTuple):
     sequence: Callable[[Any], str | None]
 
 
-def _follow_walk(walk: _StepWalk, state: Any, patience: SettlingCriterion) -> WalkEnding:
+def _follow_walk(walk: _StepWalk, state: Any, criterion: SettlingCriterion) -> WalkEnding:
     """Walk from a state until it repeats, fails, or reaches the maximum number of steps."""
     point, walk_steps = walk.point(state), list[Any]()
-    points, calm, tolerance = [point], [0] * (patience.longest_period + 1), patience.tolerance
-    for step in range(1, patience.steps + 1):
+    points, calm, tolerance = [point], [0] * (criterion.longest_period + 1), criterion.tolerance
+    for step in range(1, criterion.steps + 1):
         walk_step = walk.walk_step(state)
         if walk_step.following is None:
             return WalkEnding(walk_step.stop.key if walk_step.stop else UNSETTLED, np.array(point), step)
         state = walk_step.following
         point = walk.point(state)
-        for period in range(1, min(step, patience.longest_period) + 1):
+        for period in range(1, min(step, criterion.longest_period) + 1):
             before = points[-period]
             # The first coordinate shows that most walks do not repeat.
             if abs(point[0] - before[0]) > tolerance or not walk.repeats(before, point, walk_step, tolerance):
@@ -146,7 +146,7 @@ def _follow_walk(walk: _StepWalk, state: Any, patience: SettlingCriterion) -> Wa
                 return WalkEnding(label, np.array(point), step)
         points.append(point)
         walk_steps.append(walk_step)
-    return WalkEnding(UNSETTLED, np.array(point), patience.steps)
+    return WalkEnding(UNSETTLED, np.array(point), criterion.steps)
 
 
 def _repeats(before: list[float], after: list[float], walk_step: WalkStep, tolerance: float) -> bool:

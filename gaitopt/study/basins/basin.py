@@ -44,7 +44,7 @@ def basin(
     axes: Mapping[str, Sequence[float] | Array],
     *,
     law: Law | PlanarLaw | None = None,
-    patience: SettlingCriterion | None = None,
+    criterion: SettlingCriterion | None = None,
     engine: Engine | None = None,
     execution: Execution | None = None,
     path: str | Path | None = None,
@@ -65,7 +65,7 @@ def basin(
         ``foot_speed``, ...) or parameters (``slope``, ``friction``, ...).
     law : Law or PlanarLaw, optional
         Passive by default; a PlanarGait replays its torques.
-    patience : SettlingCriterion, optional
+    criterion : SettlingCriterion, optional
     engine : Engine, optional
         Of a robot with one foot on the ground.
     execution : Execution, optional
@@ -99,7 +99,7 @@ def basin(
     """
     values = {name: axis_values_of(name, points) for name, points in axes.items()}
     execution, path = execution or Execution(), None if path is None else Path(path)
-    walk = walk_over(make_source(robot, law, engine), fixed, values, patience or SettlingCriterion())
+    walk = walk_over(make_source(robot, law, engine), fixed, values, criterion or SettlingCriterion())
     if path is None:
         return _compute_basin(walk, execution, None)
     with lock_study(path):
@@ -131,7 +131,7 @@ def locate_basin_edges(
     *,
     law: Law | PlanarLaw | None = None,
     tolerance: float = 1e-9,
-    patience: SettlingCriterion | None = None,
+    criterion: SettlingCriterion | None = None,
     engine: Engine | None = None,
 ) -> tuple[tuple[float, str, str], ...]:
     """Return the values at which the ending changes along one axis: (value, ending below, ending above).
@@ -169,7 +169,7 @@ def locate_basin_edges(
     points = axis_values_of(name, values)
     if points.size < 2 or np.any(np.diff(points) <= 0):
         raise InputError(f"The axis {name!r} needs increasing values, at least two, got {points.tolist()}.")
-    walk = walk_over(make_source(robot, law, engine), fixed, {name: points}, patience or SettlingCriterion())
+    walk = walk_over(make_source(robot, law, engine), fixed, {name: points}, criterion or SettlingCriterion())
 
     def ending(value: float) -> str:
         return next(walk.endings([(value,)])).label

@@ -56,7 +56,7 @@ class BasinSource(Protocol):
         """Return the law and the other data that determine the walks, as plain data."""
         ...
 
-    def classifier(self, parameters: Mapping[str, float], patience: SettlingCriterion) -> Classifier:
+    def classifier(self, parameters: Mapping[str, float], criterion: SettlingCriterion) -> Classifier:
         """Return the function that walks from a start with all parameters of the robot and the ground."""
         ...
 
@@ -92,11 +92,11 @@ class SingleSource:
         """Return the law."""
         return {"law": self.law.name, "law_digest": self.law.digest()}
 
-    def classifier(self, parameters: Mapping[str, float], patience: SettlingCriterion) -> Classifier:
+    def classifier(self, parameters: Mapping[str, float], criterion: SettlingCriterion) -> Classifier:
         """Return the function that walks from a start."""
         p = self.robot.vector(parameters)
         walker, section = Walker(self.robot, self.law, p, self.engine), Section(self.robot, p, sliding=True)
-        return lambda start: classify_walk(walker, np.array([start[name] for name in section.names]), patience)
+        return lambda start: classify_walk(walker, np.array([start[name] for name in section.names]), criterion)
 
 
 def make_source(

@@ -35,18 +35,18 @@ class BasinWalk:
         Coordinates of the start that are not axes.
     axes : dict of str to (n,) array
         Coordinates of the start, or parameters.
-    patience : SettlingCriterion
+    criterion : SettlingCriterion
     """
 
     source: BasinSource
     parameters: dict[str, float]
     base: dict[str, float]
     axes: dict[str, Array]
-    patience: SettlingCriterion
+    criterion: SettlingCriterion
 
     def method(self) -> dict[str, Any]:
         """Return the other data on which the result depends: the law and the criterion, as plain data."""
-        return {**self.source.method(), **attrs.asdict(self.patience)}
+        return {**self.source.method(), **attrs.asdict(self.criterion)}
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class BasinWalk:
             parameters = {name: value for name, value in values.items() if name in known}
             if classify is None or parameters != last:
                 resolved = robot.resolve({**self.parameters, **parameters})
-                classify, last = self.source.classifier(resolved, self.patience), parameters
+                classify, last = self.source.classifier(resolved, self.criterion), parameters
             start = {name: value for name, value in values.items() if name not in known}
             with defer_interrupt():
                 ending = classify({**self.base, **start})
@@ -100,7 +100,7 @@ def axis_values_of(name: str, points: Sequence[float] | Array) -> Array:
 
 
 def walk_over(
-    source: BasinSource, fixed: Mapping[str, float], axes: Mapping[str, Array], patience: SettlingCriterion
+    source: BasinSource, fixed: Mapping[str, float], axes: Mapping[str, Array], criterion: SettlingCriterion
 ) -> BasinWalk:
     """Return the walks of a basin; raises InputError if a parameter or a coordinate is unknown or its value invalid."""
     robot, coordinates = source.robot, source.coordinates
@@ -122,7 +122,7 @@ def walk_over(
                 f"Robot {robot.name!r} has no coordinate or parameter {name!r}. {suggest(name, (*coordinates, *known))}"
             )
     start = {name: value for name, value in source.complete(fixed).items() if name not in axes}
-    return BasinWalk(source, resolved[0], start, dict(axes), patience)
+    return BasinWalk(source, resolved[0], start, dict(axes), criterion)
 
 
 def walk_starts(walk: BasinWalk, index: Index) -> tuple[Index, Endings]:

@@ -71,7 +71,7 @@ class PlanarSource:
         name = name if isinstance(name, str) else "torque"
         return {"law": name, "law_digest": digest, "section": self.cycle.section, "gait": gait}
 
-    def classifier(self, parameters: Mapping[str, float], patience: SettlingCriterion) -> Classifier:
+    def classifier(self, parameters: Mapping[str, float], criterion: SettlingCriterion) -> Classifier:
         """Return the function that walks from a start."""
         options: dict[str, Any] = {"section": self.cycle.section, "period": self.cycle.period}
         walker, gait = PlanarWalker(self.robot, self.torque, parameters, **options), self.cycle.start
@@ -82,7 +82,7 @@ class PlanarSource:
             y = change_state(section, gait.y, start)
             if y is None:
                 return WalkEnding(NO_START, np.full(len(kept), np.nan), 0)
-            return classify_planar_walk(walker, replace(gait, q=y[:n], v=y[n:]), kept, patience)
+            return classify_planar_walk(walker, replace(gait, q=y[:n], v=y[n:]), kept, criterion)
 
         return classify
 
