@@ -55,10 +55,10 @@ def test_a_new_script_is_solved_as_it_is(command, folder):
     assert command("new", "my_walker").out == "wrote my_walker.py\nnext: gaitopt solve my_walker.py\n"
     plain = command("solve", "my_walker.py", "--json")
     assert plain.status == 0
-    assert plain.json["cost_of_transport"] == pytest.approx(0.01586, abs=1e-5)  # price 0: the cost of transport alone
+    assert plain.json["cost_of_transport"] == pytest.approx(0.01586, abs=1e-5)  # weight 0: the cost of transport alone
     shooting = command("solve", "my_walker.py", "--set", "transcription=multiple_shooting", "--json")
     assert shooting.json["cost_of_transport"] == pytest.approx(plain.json["cost_of_transport"], rel=1e-3)
-    priced = command("solve", "my_walker.py", "--set", "price=0.01", "--json")
+    priced = command("solve", "my_walker.py", "--set", "torque_weight=0.01", "--json")
     assert priced.json["problem"]["objective"] == "work_and_torque"
     assert priced.json["cost_of_transport"] > plain.json["cost_of_transport"]
 

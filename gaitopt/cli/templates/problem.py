@@ -15,7 +15,7 @@ from gaitopt.ocp import transcription_named
 class WorkAndTorque(Objective):
     """Cost of transport plus weighted squared torques, which reduce the heat of the motors and smooth the torques."""
 
-    price: float  # [W / (N m)^2]
+    torque_weight: float  # [W / (N m)^2]
     name = "work_and_torque"
     unit = "1"
     uses_power = True  # point.positive and point.negative contain the parts of the joint powers
@@ -23,7 +23,7 @@ class WorkAndTorque(Objective):
 
     def integrand(self, point):
         """Return the scalar that is integrated over the step [W]; `point` is the gait at one instant."""
-        return ca.sum1(point.positive) + ca.sum1(point.negative) + self.price * ca.sumsqr(point.torque)
+        return ca.sum1(point.positive) + ca.sum1(point.negative) + self.torque_weight * ca.sumsqr(point.torque)
 
 
 # Every keyword can be changed with --set; give it a default of its type, and state its unit.
@@ -36,7 +36,7 @@ def problem(
     speed=0.633,  # [m/s]: a number, a pair (lower, upper), or None for free
     step_length=0.4713,  # [m], foot slide included; accepts the same values as speed
     torque_limit=6.0,  # of ankle and hip each [N m]; without limits the torques become very large
-    price=0.0,  # weight of the squared torques, see above
+    torque_weight=0.0,  # weight of the squared torques, see above
     sequence="slip+ stick | slip+",  # phases | impact; try "stick | stick" if no gait is found
     transcription="collocation",  # or multiple_shooting
     intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
@@ -51,7 +51,7 @@ def problem(
         speed=speed,
         step_length=step_length,
         limits=Limits(torque=torque_limit),
-        objective=WorkAndTorque(price=price),
+        objective=WorkAndTorque(torque_weight=torque_weight),
         transcription=transcription_named(transcription)(intervals=intervals),
     )
 
