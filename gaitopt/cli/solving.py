@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -27,7 +27,7 @@ from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.progress import HomotopyIteration, Iteration
+from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ AFTER_THE_SOLVE = ("gaitopt.simulation.verification", "gaitopt.motion.archive", 
 
 
 def import_in_background(modules: Sequence[str]) -> threading.Thread:
-    """Import modules in another thread, while Ipopt, which needs no Python, computes in this one.
+    """Import modules in another thread.
 
     A module that fails to be imported fails again, with its error, where it is used.
     """
@@ -52,6 +52,21 @@ def import_in_background(modules: Sequence[str]) -> threading.Thread:
     thread = threading.Thread(target=import_all)
     thread.start()
     return thread
+
+
+def import_during_solve(modules: Sequence[str], observer: SolveObserver) -> SolveObserver:
+    """Return an observer that starts the import of modules at the first iteration, where the solver needs no Python.
+
+    While an NLP is built, the import would only delay it: both need Python's lock.
+    """
+    remaining = [modules]
+
+    def observe(step: Iteration | HomotopyIteration) -> None:
+        if remaining:
+            import_in_background(remaining.pop())
+        observer(step)
+
+    return observe
 
 
 def solve(
@@ -100,9 +115,8 @@ def solve(
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
-        import_in_background(AFTER_THE_SOLVE)
-        steps = verbose or not (json or quiet)
-        gait = solve_problem(problem, observer=_observer(display, problem.objective.name, steps, verbose))
+        observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
+        gait = solve_problem(problem, observer=import_during_solve(AFTER_THE_SOLVE, observer))
         gait = gait.replace_fields(problem={**gait.problem, "script": gait.problem.get("script") or script})
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
@@ -175,9 +189,7 @@ def _save_and_report(
     return interrupted
 
 
-def _observer(
-    display: Display, objective: str, steps: bool, iterations: bool
-) -> Callable[[Iteration | HomotopyIteration], None]:
+def _observer(display: Display, objective: str, steps: bool, iterations: bool) -> SolveObserver:
     """Return an observer that displays iterations; `steps` of a homotopy and `iterations` are printed on request."""
 
     def observe(step: Iteration | HomotopyIteration) -> None:
