@@ -70,7 +70,7 @@ def audit(
         if output is not None:
             report_file(output)
     if len(rows) + len(lost) < count:
-        exit_incomplete(kept=output is not None)
+        exit_incomplete("audit", output)
     raise typer.Exit(1 if facts["findings"] or lost else 0)
 
 

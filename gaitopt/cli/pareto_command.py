@@ -93,7 +93,7 @@ def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, s
             if file is not None:
                 report_file(file)
     if not table.attrs["complete"]:
-        exit_incomplete(kept=files["file"] is not None)
+        exit_incomplete("pareto", files["file"])
     raise typer.Exit(0 if bool((table.status == "solved").any()) else 1)
 
 

@@ -28,6 +28,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.cli.stored_results import describe_stored_results
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -334,8 +335,15 @@ def _report(
         if path is not None:
             report_file(path)
     if not diagram.complete:
-        err.print("Interrupted; the branches followed so far are reported.")
+        err.print(f"Interrupted; the branches followed so far are reported. {_describe_resumption(path)}", soft_wrap=True)
         sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
+
+
+def _describe_resumption(path: Path | None) -> str:
+    """Return how an interrupted trace is resumed from its checkpoint, or how it would have one."""
+    if path is None or path.suffix.lower() != TABLE:
+        return f"With -o FILE{TABLE}, a trace has a checkpoint from which it can be resumed."
+    return f"{describe_stored_results('trace', path)} Run the same command again to resume.".lstrip()
 
 
 def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWalkProblem]") -> None:

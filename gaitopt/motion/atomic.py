@@ -6,12 +6,34 @@ import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from gaitopt.errors import ArchiveError, InputError
 
 GAIT_SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
 """Suffixes of gait files, and their format."""
+
+_WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
+
+
+@contextmanager
+def record_writes() -> Iterator[list[Path]]:
+    """Record the files that are written in the block, in order.
+
+    Examples
+    --------
+    >>> with record_writes() as written, write_atomically("note.txt") as temporary:
+    ...     _ = temporary.write_text("whole")
+    >>> [path.name for path in written]
+    ['note.txt']
+    >>> Path("note.txt").unlink()
+    """
+    token = _WRITTEN.set(written := list[Path]())
+    try:
+        yield written
+    finally:
+        _WRITTEN.reset(token)
 
 
 @contextmanager
@@ -49,6 +71,8 @@ def write_atomically(path: str | Path, *, heading: str | None = None) -> Iterato
         _set_permissions(temporary, target)
         _sync(temporary, os.O_RDWR)
         temporary.replace(target)
+        if (written := _WRITTEN.get()) is not None:
+            written.append(Path(path))
         if os.name == "posix":  # Windows cannot open a folder
             _sync(target.parent, os.O_RDONLY)
     except OSError as error:
