@@ -38,7 +38,6 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
-from gaitopt.motion.atomic import check_suffix, check_writable
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
@@ -92,7 +91,6 @@ def tune(
     from gaitopt.tuning.tuning_file import save_tuning
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
-    _check_output(output, "tuned gains")
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
         if not json:
@@ -135,13 +133,6 @@ def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_ang
     if isinstance(gait, Gait):
         return design_for(gait, gait.robot, law, torque_limit, stance_angle)
     return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
-
-
-def _check_output(path: Path | None, content: str) -> None:
-    """Raise an error unless a path is that of a JSON file and writable; None is accepted."""
-    if path is not None:
-        check_suffix(path, {".json": content})
-        check_writable(path)
 
 
 def _recommend_engine(gait: "AnyGait") -> None:
@@ -200,7 +191,6 @@ def push(
     from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
 
     began = time.perf_counter()
-    _check_output(output, "push test")
     gait = load_feedback_gait(file, problem)
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)

@@ -84,7 +84,7 @@ def read_script(path: Path, settings: Sequence[str] | None = None, function: str
 
 
 def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
-    """Return a function of a script, ``problem`` or ``study``.
+    """Return a function of a script: ``problem``, ``study``, or that of a law.
 
     Raises
     ------
@@ -94,7 +94,8 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         If it raises an exception while it is loaded; the message names the line.
     """
     if not path.is_file():
-        raise InputError(f"There is no problem script {path}. {_nearest_script(path)}")
+        kind = function if function in ("problem", "study") else "law"
+        raise InputError(f"There is no {kind} script {path}. {_nearest_script(path)}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
     if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")

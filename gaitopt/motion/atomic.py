@@ -138,9 +138,9 @@ def reserve(path: Path, size: int) -> None:
             os.posix_fallocate(file.fileno(), 0, max(1, size))
 
 
-def check_writable(path: str | Path) -> None:
-    """Raise an error if `path` may not be written, before the computation of its content."""
-    _temporary(_resolve_target(Path(path)), Path(path)).unlink()
+def check_writable(path: str | Path, *, heading: str | None = None) -> None:
+    """Raise an error if `path` may not be written, before the computation of its content; see `write_atomically`."""
+    _temporary(_resolve_target(Path(path), heading), Path(path)).unlink(missing_ok=True)
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:

@@ -2,18 +2,21 @@
 
 import dataclasses
 import json
+import os
 import re
+import shutil
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import compass_biped, load, save, tune_feedback
+from gaitopt import GainSearchOptions, PushTest, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
 from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
-from gaitopt.tuning import ControllerFamily, save_tuning
+from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
 from gaitopt.tuning.controller_family import law_name
 
 GAIT = "docs/examples/compass_slip.h5"
@@ -282,6 +285,43 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
     assert written["gains"] == facts["gains"]
 
 
+def test_the_file_of_gains_finds_its_law_script_from_any_folder(capsys, tmp_path, monkeypatch, script, slip_gait):
+    """The path of the script is relative to the file of gains, so that both may be moved together."""
+    work, elsewhere = tmp_path / "work", tmp_path / "elsewhere"
+    for folder in (work / "laws", work / "results", elsewhere):
+        folder.mkdir(parents=True)
+    script.rename(work / "laws" / "mylaw.py")
+    monkeypatch.chdir(work)
+    family = design_for(slip_gait, slip_gait.robot, "laws/mylaw.py:hip_spring", 8.0, False)
+    options = GainSearchOptions(samples=0, starts=1, evaluations=1)
+    tuned = tune_feedback(slip_gait, family, search=options, test=PushTest(starts=1))
+    file = save_tuning(tuned, "results/gains.json")
+    assert json.loads(file.read_text())["law"] == "../laws/mylaw.py:hip_spring"
+    moved = shutil.move(work, elsewhere / "moved")
+    gains = moved / "results" / "gains.json"
+    for folder in (elsewhere, moved, moved / "laws"):
+        monkeypatch.chdir(folder)
+        found = design_for(slip_gait, slip_gait.robot, os.path.relpath(gains), None, False)
+        assert found.law(tuned.gains).name == tuned.law.name
+    (moved / "laws" / "mylaw.py").unlink()
+    code, text = run(capsys, "simulate", str(Path(__file__).parents[2] / GAIT), "--law", str(gains))
+    assert code == 2
+    assert f"There is no law script {gains.parent / '../laws/mylaw.py'}" in " ".join(text.err.split())
+
+
+def test_the_file_of_gains_of_an_earlier_version_finds_its_law_script(tmp_path, monkeypatch, script, slip_gait):
+    """Its path is relative to the folder in which the law was tuned."""
+    monkeypatch.chdir(tmp_path)
+    family = design_for(slip_gait, slip_gait.robot, "mylaw.py:hip_spring", 8.0, False)
+    options = GainSearchOptions(samples=0, starts=1, evaluations=1)
+    tuned = tune_feedback(slip_gait, family, search=options, test=PushTest(starts=1))
+    (tmp_path / "results").mkdir()
+    file = save_tuning(tuned, "results/gains.json")
+    file.write_text(file.read_text().replace("../mylaw.py", "mylaw.py"))
+    assert load_tuning(file).family == "mylaw.py:hip_spring"
+    assert load_tuning(file).gains == pytest.approx(tuned.gains)
+
+
 def test_the_torque_limit_of_a_command_holds_for_the_law_of_a_script(script, slip_gait):
     first, far = slip_gait.motion.segments[0], np.array([0, 0, 100.0, 100.0])
     hips = [
@@ -299,7 +339,7 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
         (f"{script}:missing", "has no function missing"),
         (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
-        ("nowhere.py:law", "There is no problem script nowhere.py"),
+        ("nowhere.py:law", "There is no law script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
     ):
         code, text = run(capsys, "stability", GAIT, "--law", name)
