@@ -65,7 +65,12 @@ def tune(
     starts: PushStarts = 200,
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Annotated[
-        int, typer.Option(min=1, help="Maximum number of evaluations of each of two simplex searches that follow.")
+        int,
+        typer.Option(
+            min=1,
+            help="Maximum number of evaluations of each of two simplex searches that follow: with the start of the "
+            "law, at most 1 + samples + 2 evaluations in total.",
+        ),
     ] = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
     output: GainsOutput = None,
