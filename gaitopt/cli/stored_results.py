@@ -85,15 +85,16 @@ def _describe_gaits(output: Path) -> str:
     if not files:
         return f"The gaits are kept in {output}." if output.is_file() else ""
     points = sum(file.name.startswith("point-") for file in files)
-    return f"{_count(len(files), 'optimisation')} ({_count(points, 'finished point')}) {_kept(len(files))} in {folder}."
+    text = f"{_count(len(files), 'optimisation')} ({_count(points, 'finished point')})"
+    return _state_place(text, len(files), folder)
 
 
 def _describe_search(output: Path) -> str:
     """Return how many gaits are kept in the folder of a search."""
     files = _list_gaits(output)
     final = sum(not file.stem.endswith(".first") for file in files)
-    sequences = f"({_count(final, 'finished contact sequence')}) "
-    return f"{_count(len(files), 'optimisation')} {sequences}{_kept(len(files))} in {output}." if files else ""
+    text = f"{_count(len(files), 'optimisation')} ({_count(final, 'finished contact sequence')})"
+    return _state_place(text, len(files), output) if files else ""
 
 
 def _list_gaits(folder: Path) -> list[Path]:
@@ -108,7 +109,7 @@ def _describe_basin(output: Path) -> str:
         return ""
     outcome = endings_of(load_basin(output)).outcome
     finished = int((outcome != PENDING).sum())
-    return f"{finished} of {_count(outcome.size, 'start')} {_kept(finished)} in {output}."
+    return _state_place(f"{finished} of {_count(outcome.size, 'start')}", finished, output)
 
 
 def _describe_trace(output: Path) -> str:
@@ -116,13 +117,13 @@ def _describe_trace(output: Path) -> str:
     checkpoint = output.with_name(output.name + SUFFIX)
     lines = checkpoint.read_text(encoding="utf-8").count("\n") if checkpoint.is_file() else 0
     stored = max(0, lines - 1)  # the first line identifies the trace
-    return f"{_count(stored, 'correction')} {_kept(stored)} in {checkpoint}." if stored else ""
+    return _state_place(_count(stored, "correction"), stored, checkpoint) if stored else ""
 
 
 def _describe_audit(output: Path) -> str:
     """Return how many problems of an audit are kept in its file."""
     stored = len(json.loads(output.read_text(encoding="utf-8"))["problems"]) if output.is_file() else 0
-    return f"{_count(stored, 'problem')} {_kept(stored)} in {output}." if stored else ""
+    return _state_place(_count(stored, "problem"), stored, output) if stored else ""
 
 
 def _count(number: int, noun: str) -> str:
@@ -130,8 +131,9 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _kept(number: int) -> str:
-    return "is kept" if number == 1 else "are kept"
+def _state_place(results: str, number: int, place: Path) -> str:
+    """Return the sentence that a number of results is kept in a file or folder."""
+    return f"{results} {'is' if number == 1 else 'are'} kept in {place}."
 
 
 _DESCRIPTIONS: dict[str, Callable[[Path], str]] = {
