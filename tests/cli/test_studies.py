@@ -32,6 +32,7 @@ def quick(script):
     return script(QUICK)
 
 
+@pytest.mark.slow
 def test_sweep_prints_a_table_and_goes_on(command, quick, folder):
     arguments = ("sweep", quick, "--over", "friction=0.14:0.18:2", "--starts", "1", "--workers", "1", "-o", "f.nc")
     ran = command(*arguments)
