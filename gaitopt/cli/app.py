@@ -14,8 +14,10 @@ from rich.text import Text
 from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
+from gaitopt.cli.stored_results import Invocation, describe_interrupt
 from gaitopt.errors import GaitoptError, InputError, ScriptError
 from gaitopt.interrupts import record_interrupts
+from gaitopt.motion.atomic import record_writes
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
 """Errors of the operating system that concern the path of a user, not gaitopt."""
@@ -95,10 +97,11 @@ def _version(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts() as interrupt, collect_rarely():
+    invocation = Invocation()
+    with record_interrupts() as interrupt, collect_rarely(), record_writes() as written:
         try:
             app = build_app(import_commands(words))
-            status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
+            status = app(words, prog_name="gaitopt", standalone_mode=False, obj=invocation) or 0
         except (KeyboardInterrupt, typer.Abort):
             status = INTERRUPTED
         except Exception as error:
@@ -106,8 +109,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             caused = interrupt.received and (not explained or _is_import_error(error))
             status = INTERRUPTED if caused else _explain(error, words)
     if status == INTERRUPTED:
-        _report(words, "interrupted", "Interrupted; nothing was written.")
-        err.print("Interrupted; nothing was written.")
+        message = describe_interrupt(invocation, written)
+        _report(words, "interrupted", message)
+        err.print(message, soft_wrap=True)
     sys.exit(status)
 
 

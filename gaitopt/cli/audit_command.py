@@ -47,13 +47,9 @@ def audit(
 
     Example: gaitopt audit --count 100 -o audit.json
     """
-    from gaitopt.motion.atomic import check_suffix, check_writable
     from gaitopt.study.audit.audit_file import AuditFile
     from gaitopt.study.storage.study_lock import lock_study
 
-    if output is not None:
-        check_suffix(output, {".json": "audit"})
-        check_writable(output)
     with (
         contextlib.nullcontext() if output is None else lock_study(output),
         worker_options(workers, scheduler) as team,
@@ -70,7 +66,7 @@ def audit(
         if output is not None:
             report_file(output)
     if len(rows) + len(lost) < count:
-        exit_incomplete(kept=output is not None)
+        exit_incomplete("audit", output)
     raise typer.Exit(1 if facts["findings"] or lost else 0)
 
 

@@ -118,7 +118,7 @@ def basin(
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
     _report(result, (engine_used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
-        exit_incomplete(kept=output is not None)
+        exit_incomplete("basin", output)
 
 
 def _report(

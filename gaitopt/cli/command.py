@@ -15,6 +15,8 @@ from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from gaitopt.cli.conversion import convert_plainly
+from gaitopt.cli.output_files import check_output
+from gaitopt.cli.stored_results import Invocation
 from gaitopt.errors import InputError
 
 
@@ -26,8 +28,11 @@ class Command(TyperCommand):
         return convert_plainly(super().get_params(ctx))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; raise InputError if its output would replace one of its inputs."""
+        """Run the command, which its invocation names; raise an error if its output may not be written."""
+        if isinstance(ctx.obj, Invocation):
+            ctx.obj.command, ctx.obj.output = ctx.info_name or "", ctx.params.get("output")
         require_separate_output(ctx.params)
+        check_output(ctx.info_name or "", ctx.params)
         return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

@@ -70,11 +70,8 @@ def design(
     folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
         check_writable(path)
-    try:
-        with show_progress(f"{stated.name}: building", hidden=json) as display:
-            result = _solve(stated, display, verbose=verbose)
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+    with show_progress(f"{stated.name}: building", hidden=json) as display:
+        result = _solve(stated, display, verbose=verbose)
     ok = result.status.ok and all(gait.status.ok for gait in result.gaits)
     written = [save(gait, path) for gait, path in zip(result.gaits, paths, strict=True)] if ok else []
     if json:

@@ -44,10 +44,9 @@ def compute_diagram_basin(
     Raises
     ------
     InputError
-        If the source is not a diagram, an option is not accepted, or the file is not writable.
+        If the source is not a diagram, an option is not accepted.
     """
     from gaitopt.cli.progress_display import show_progress
-    from gaitopt.motion.atomic import check_suffix, check_writable
 
     began, (file, source, branch) = time.perf_counter(), traced
     if file.suffix != DIAGRAM:
@@ -57,9 +56,6 @@ def compute_diagram_basin(
             raise InputError(
                 f"{option} is not accepted for a diagram ({DIAGRAM}), whose gaits and parameters are known."
             )
-    if path is not None:
-        check_suffix(path, {DIAGRAM: "basins along a branch"})
-        check_writable(path)
     with show_progress("basins along a branch", hidden=json):
         table = find_branch_basin(file, over, source, branch, engine)
     report_branch_basin(table, path, json=json, seconds=time.perf_counter() - began)

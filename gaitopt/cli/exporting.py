@@ -23,11 +23,9 @@ from gaitopt.cli.options import (
     label_files,
 )
 from gaitopt.cli.output import out, report_file
+from gaitopt.cli.output_files import EXPORTS
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.errors import InputError
-
-EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
-"""Content of the files that export writes, by their suffix."""
 
 PAGE = ".html"
 """Suffix of the page of a diagram."""

@@ -38,7 +38,6 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
-from gaitopt.motion.atomic import check_suffix, check_writable
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
@@ -66,7 +65,12 @@ def tune(
     starts: PushStarts = 200,
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Annotated[
-        int, typer.Option(min=1, help="Maximum number of evaluations of each of two simplex searches that follow.")
+        int,
+        typer.Option(
+            min=1,
+            help="Maximum number of evaluations of each of two simplex searches that follow: with the start of the "
+            "law, at most 1 + samples + 2 evaluations in total.",
+        ),
     ] = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
     output: GainsOutput = None,
@@ -92,7 +96,6 @@ def tune(
     from gaitopt.tuning.tuning_file import save_tuning
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
-    _check_output(output, "tuned gains")
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
         if not json:
@@ -135,13 +138,6 @@ def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_ang
     if isinstance(gait, Gait):
         return design_for(gait, gait.robot, law, torque_limit, stance_angle)
     return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
-
-
-def _check_output(path: Path | None, content: str) -> None:
-    """Raise an error unless a path is that of a JSON file and writable; None is accepted."""
-    if path is not None:
-        check_suffix(path, {".json": content})
-        check_writable(path)
 
 
 def _recommend_engine(gait: "AnyGait") -> None:
@@ -200,7 +196,6 @@ def push(
     from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
 
     began = time.perf_counter()
-    _check_output(output, "push test")
     gait = load_feedback_gait(file, problem)
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)

@@ -29,6 +29,9 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
             "radius_after": tuned.radius_after,
             "multipliers": [[value.real, value.imag] for value in multipliers],
             "fixed_point_shift": tuned.fixed_point_shift,
+            "worse_than_open_loop": tuned.worse_than_open_loop,
+            "sequence": tuned.sequence,
+            "planned_sequence": tuned.planned_sequence,
             "verified": {
                 "starts": tuned.verified.starts,
                 "returned": tuned.verified.returned,
@@ -55,9 +58,13 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row("gains", format_gains(tuned.family, tuned.gains, several_contacts=several))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
-    table.add_row("spectral radius", Text.assemble(radii, verdict))
+    worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""
+    table.add_row("spectral radius", Text.assemble(radii, verdict, (worse, "yellow")))
     if tuned.cycle is not None:
         table.add_row("fixed point", f"{tuned.fixed_point_shift:.1e} from the plan")
+    if tuned.changes_sequence:
+        text = f"{tuned.sequence} under the law, {tuned.planned_sequence} in the gait"
+        table.add_row("contact sequence", Text(text, style="yellow"))
     table.add_row(
         "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
+from gaitopt.tuning.law_script import split_script_law
 
 if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
     from gaitopt.control.law import Law
@@ -92,19 +93,13 @@ def law_title(name: str, stance_angle: bool) -> str:
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     from gaitopt.tuning.controller_family import law_name
 
-    title = "open loop" if name == OPEN_LOOP else name if script_function(name) else law_name(name)
+    title = "open loop" if name == OPEN_LOOP else name if split_script_law(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
 
 
 def _is_file(name: str) -> bool:
     """Return whether a law is a file of tuned gains."""
     return Path(name).suffix == ".json"
-
-
-def script_function(name: str) -> tuple[Path, str] | None:
-    """Return script and function of a law SCRIPT.py:FUNCTION; None for any other."""
-    script, colon, function = name.rpartition(":")
-    return (Path(script), function) if colon and script.endswith(".py") else None
 
 
 def design_for(
@@ -123,7 +118,7 @@ def design_for(
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
-    if source := script_function(name):
+    if source := split_script_law(name):
         design = custom_design(*source, robot, gait.motion, limit)
     else:
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)
@@ -134,7 +129,7 @@ def _require_known_law(file: str, tuned: "TunedGains") -> None:
     """Raise InputError if a file of tuned gains names neither a family of gaitopt nor a function of a script."""
     from gaitopt.tuning.controller_family import FAMILIES
 
-    if tuned.family in FAMILIES or script_function(tuned.family):
+    if tuned.family in FAMILIES or split_script_law(tuned.family):
         return
     gains = " ".join(f"--gain {shlex.quote(f'{name}={value:.10g}')}" for name, value in tuned.gains.items())
     raise InputError(

@@ -13,6 +13,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from gaitopt.cli.stored_results import describe_stored_results
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.planar_gait import PlanarGait
@@ -86,8 +87,12 @@ def verdict_text(text: str, good: bool) -> Text:
     return Text(text, style="green" if good else "red")
 
 
-def exit_incomplete(*, kept: bool = True) -> NoReturn:
+def exit_incomplete(command: str, output: Path | None) -> NoReturn:
     """End with the exit status of a study that was interrupted, or could not compute every point."""
-    resume = "Run the same command again to resume." if kept else "With -o FILE it can be resumed."
-    err.print(f"Incomplete. {resume}")
+    if output is None:
+        err.print("Incomplete. With -o FILE it can be resumed.")
+    else:
+        stored = describe_stored_results(command, output)
+        sentences = ("Incomplete.", stored, "Run the same command again to resume.")
+        err.print(" ".join(filter(None, sentences)), soft_wrap=True)
     sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes: "nothing was written"

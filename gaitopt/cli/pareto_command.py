@@ -63,13 +63,9 @@ def pareto(
     Example: gaitopt pareto problems/compass_slip.py --objectives cost,peak_torque -o front.nc --figure front.png
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
-    from gaitopt.motion.atomic import check_writable
     from gaitopt.study.trade_offs.pareto import Pareto
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
-    for file in (output, figure):
-        if file is not None:
-            check_writable(file)
     names = tuple(name.strip() for name in objectives.split(","))
     options = Pareto(objectives=names, points=points, bounds=_read_bounds(bounds or []), starts=starts)
     with (
@@ -93,7 +89,7 @@ def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, s
             if file is not None:
                 report_file(file)
     if not table.attrs["complete"]:
-        exit_incomplete(kept=files["file"] is not None)
+        exit_incomplete("pareto", files["file"])
     raise typer.Exit(0 if bool((table.status == "solved").any()) else 1)
 
 

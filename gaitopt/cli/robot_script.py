@@ -6,7 +6,11 @@ import sys
 from gaitopt.cli.installed_scripts import find_robot_definition
 
 EXEMPT = "exempt_from_step_check"
-"""Function by which the robots of the catalogue, which are tested, skip a check that a changed robot needs."""
+"""Function by which the robots of the catalogue, which are tested, skip a check that a changed robot needs.
+
+A script does not contain it: in a changed robot, the check finds a wrong leg exchange before the solve and names its
+remedy; the replay finds it only after the solve.
+"""
 
 
 def include_robot(text: str, robot: str) -> str:

@@ -80,9 +80,10 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
 
 def _load_law(stated: "RobustProblem") -> "RobustProblem":
     """Return the problem; a law SCRIPT.py:FUNCTION is replaced by this function."""
-    from gaitopt.cli.law_option import custom_design, script_function
+    from gaitopt.cli.law_option import custom_design
+    from gaitopt.tuning.law_script import split_script_law
 
-    source = script_function(stated.law) if isinstance(stated.law, str) else None
+    source = split_script_law(stated.law) if isinstance(stated.law, str) else None
     return stated if source is None else replace(stated, law=functools.partial(custom_design, *source))
 
 

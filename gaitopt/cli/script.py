@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
+from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
@@ -80,11 +81,21 @@ class Script:
 def read_script(path: Path, settings: Sequence[str] | None = None, function: str = "problem") -> Script:
     """Return a function of a script with ``NAME=VALUE`` settings; errors as :func:`load_script` and `read_setting`."""
     script = Script(path, load_script(path, function), {})
-    return replace(script, settings=dict(read_setting(text, script.defaults, path.name) for text in settings or ()))
+    return replace(script, settings=dict(_read_setting(text, script) for text in settings or ()))
+
+
+def _read_setting(text: str, script: Script) -> tuple[str, Any]:
+    """Return name and value of a setting; the error of an unlisted robot parameter states how it becomes settable."""
+    try:
+        return read_setting(text, script.defaults, script.path.name)
+    except InputError as error:
+        name = text.partition("=")[0].strip()
+        hint = "" if name in script.defaults else explain_unlisted_parameter(script.function, name)
+        raise InputError(f"{error} {hint}".rstrip()) from None
 
 
 def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
-    """Return a function of a script, ``problem`` or ``study``.
+    """Return a function of a script: ``problem``, ``study``, or that of a law.
 
     Raises
     ------
@@ -94,7 +105,8 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
         If it raises an exception while it is loaded; the message names the line.
     """
     if not path.is_file():
-        raise InputError(f"There is no problem script {path}. {_nearest_script(path)}")
+        kind = function if function in ("problem", "study") else "law"
+        raise InputError(f"There is no {kind} script {path}. {_nearest_script(path)}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
     if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")

@@ -87,7 +87,7 @@ def search(
     else:
         print_ranking(ranking)
         report_file(output)
-    _exit(ranking.complete, ranking.findings[0].ranked)
+    _exit("search", output, ranking.complete, ranking.findings[0].ranked)
 
 
 def sweep(
@@ -136,7 +136,7 @@ def sweep(
     else:
         print_sweep(table)
         report_file(output)
-    _exit(bool(table.attrs["complete"]), bool((table.status == "solved").any()))
+    _exit("sweep", output, bool(table.attrs["complete"]), bool((table.status == "solved").any()))
 
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:
@@ -220,8 +220,8 @@ def compare(
         report_file(written)
 
 
-def _exit(complete: bool, any_gait: bool) -> None:
+def _exit(command: str, output: Path, complete: bool, any_gait: bool) -> None:
     """End with the exit status of a study."""
     if not complete:
-        exit_incomplete()
+        exit_incomplete(command, output)
     raise typer.Exit(0 if any_gait else 1)

@@ -28,6 +28,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.cli.stored_results import describe_stored_results
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -141,8 +142,6 @@ def trace(
     from gaitopt.study.storage.study_lock import lock_study
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
-    if output is not None:
-        _check_output(output)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with contextlib.nullcontext() if output is None else lock_study(output):
         if request.is_script and states_optimum(request):
@@ -299,14 +298,6 @@ def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | None":
     return engine_named(name, problem.law or passive(problem.robot), problem.robot)
 
 
-def _check_output(path: Path) -> None:
-    """Raise an error unless a path has the suffix of a diagram or a figure, and is writable."""
-    from gaitopt.motion.atomic import check_suffix, check_writable
-
-    check_suffix(path, {TABLE: "dataset", PAGE: "page", ".png": "figure", ".pdf": "figure", ".svg": "figure"})
-    check_writable(path)
-
-
 def _find_problem(request: "Request", over: str) -> "AnyWalkProblem":
     """Return the walking problem that is traced."""
     return _trace_inputs(request, over, hidden=True)[0]
@@ -332,8 +323,17 @@ def _report(
         if path is not None:
             report_file(path)
     if not diagram.complete:
-        err.print("Interrupted; the branches followed so far are reported.")
+        err.print(
+            f"Interrupted; the branches followed so far are reported. {_describe_resumption(path)}", soft_wrap=True
+        )
         sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
+
+
+def _describe_resumption(path: Path | None) -> str:
+    """Return how an interrupted trace is resumed from its checkpoint, or how it would have one."""
+    if path is None or path.suffix.lower() != TABLE:
+        return f"With -o FILE{TABLE}, a trace has a checkpoint from which it can be resumed."
+    return f"{describe_stored_results('trace', path)} Run the same command again to resume.".lstrip()
 
 
 def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWalkProblem]") -> None:

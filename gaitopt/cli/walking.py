@@ -122,10 +122,7 @@ def simulate(
     """
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.motion.atomic import check_writable
 
-    if output is not None:
-        check_writable(output)
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
     with show_progress("simulating", hidden=json):

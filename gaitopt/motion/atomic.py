@@ -6,12 +6,34 @@ import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from gaitopt.errors import ArchiveError, InputError
 
 GAIT_SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
 """Suffixes of gait files, and their format."""
+
+_WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
+
+
+@contextmanager
+def record_writes() -> Iterator[list[Path]]:
+    """Record the files that are written in the block, in order.
+
+    Examples
+    --------
+    >>> with record_writes() as written, write_atomically("note.txt") as temporary:
+    ...     _ = temporary.write_text("whole")
+    >>> [path.name for path in written]
+    ['note.txt']
+    >>> Path("note.txt").unlink()
+    """
+    token = _WRITTEN.set(written := list[Path]())
+    try:
+        yield written
+    finally:
+        _WRITTEN.reset(token)
 
 
 @contextmanager
@@ -49,6 +71,8 @@ def write_atomically(path: str | Path, *, heading: str | None = None) -> Iterato
         _set_permissions(temporary, target)
         _sync(temporary, os.O_RDWR)
         temporary.replace(target)
+        if (written := _WRITTEN.get()) is not None:
+            written.append(Path(path))
         if os.name == "posix":  # Windows cannot open a folder
             _sync(target.parent, os.O_RDONLY)
     except OSError as error:
@@ -114,9 +138,9 @@ def reserve(path: Path, size: int) -> None:
             os.posix_fallocate(file.fileno(), 0, max(1, size))
 
 
-def check_writable(path: str | Path) -> None:
-    """Raise an error if `path` may not be written, before the computation of its content."""
-    _temporary(_resolve_target(Path(path)), Path(path)).unlink()
+def check_writable(path: str | Path, *, heading: str | None = None) -> None:
+    """Raise an error if `path` may not be written, before the computation of its content; see `write_atomically`."""
+    _temporary(_resolve_target(Path(path), heading), Path(path)).unlink(missing_ok=True)
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:

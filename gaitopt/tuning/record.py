@@ -61,6 +61,8 @@ class Tuning:
         Duration of the search.
     settings : FamilySettings
         Torque limit and fixed gains of the law.
+    planned_sequence : str
+        Contact sequence of the gait.
     search_interrupted : bool
         Whether Ctrl-C ended the search; the gains are then the best ones so far and are not verified.
 
@@ -85,6 +87,7 @@ class Tuning:
     evaluations: int
     seconds: float
     settings: FamilySettings = field(default=FamilySettings(), repr=False)
+    planned_sequence: str = field(default="", repr=False)
     search_interrupted: bool = field(default=False, repr=False)
 
     def __repr__(self) -> str:
@@ -97,6 +100,21 @@ class Tuning:
     def stable(self) -> bool:
         """Whether the law stabilises the gait."""
         return self.radius_after < 1
+
+    @property
+    def worse_than_open_loop(self) -> bool:
+        """Whether the spectral radius under the law is larger than in open loop."""
+        return self.radius_after > self.radius_before
+
+    @property
+    def sequence(self) -> str:
+        """Contact sequence of the periodic gait under the law; empty without a gait."""
+        return "" if self.cycle is None else self.cycle.sequence
+
+    @property
+    def changes_sequence(self) -> bool:
+        """Whether the walker under the law has another contact sequence than the planned gait."""
+        return self.cycle is not None and self.sequence != self.planned_sequence
 
     @property
     def multipliers(self) -> tuple[complex, ...]:

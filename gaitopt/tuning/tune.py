@@ -11,7 +11,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.interrupts import InterruptRecord, hold_interrupt
-from gaitopt.motion.planar_gait import AnyGait, check_any_gait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
@@ -65,7 +65,9 @@ def tune_feedback(
     Returns
     -------
     Tuning
-        Check `stable` first: a gait that the law cannot stabilise is reported with the best radius found.
+        Check `stable` first: a gait that the law cannot stabilise is reported with the best radius found.  The
+        radius may also be larger than in open loop (`worse_than_open_loop`), and the walker may have another contact
+        sequence under the law than the gait (`changes_sequence`).
 
     Raises
     ------
@@ -110,6 +112,7 @@ def tune_feedback(
         trials=tuple(gain_search.trials),
         evaluations=len(gain_search.trials),
         seconds=seconds,
+        planned_sequence=gait.motion.sequence if isinstance(gait, PlanarGait) else str(gait.sequence),
         search_interrupted=gain_search.interrupted,
     )
 

@@ -15,6 +15,7 @@ from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
+from gaitopt.tuning.law_script import locate_script, refer_to_script
 from gaitopt.tuning.record import Trial, Tuning
 
 KIND = "gaitopt tuned gains", 1
@@ -104,6 +105,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
 
     The file contains the name of the law, not its function.  ``--law gains.json`` therefore requires a law of gaitopt,
     or a custom family named by script and function: ``ControllerFamily.from_law(law, name="mylaw.py:constraint")``.
+    The path of such a script is written relative to the folder of the file.
 
     Parameters
     ----------
@@ -129,7 +131,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     check_suffix(path, {".json": "tuned gains"})
     limit = tuned.settings.torque_limit
     facts = {
-        "law": tuned.family,
+        "law": refer_to_script(tuned.family, path.parent),
         "gains": {**tuned.settings.fixed, **tuned.gains},
         "tuned": list(tuned.gains),
         "torque_limit": dict(limit) if isinstance(limit, Mapping) else limit,
@@ -173,7 +175,7 @@ def load_tuning(path: str | Path) -> TunedGains:
         raise InputError(f"There is no file {path} with tuned gains.")
     with read_json(path, KIND, "gaitopt tune -o") as facts:
         return TunedGains(
-            family=str(facts["law"]),
+            family=locate_script(str(facts["law"]), path.parent),
             gains={str(name): float(value) for name, value in facts["gains"].items()},
             settings=FamilySettings(
                 torque_limit=_limit(facts["torque_limit"]),

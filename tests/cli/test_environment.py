@@ -63,6 +63,7 @@ def run_plainly(arguments, root, folder, **further):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_figure_without_home_terminal_locale_and_backend(root, folder):
     home = {"HOME": NO_FOLDER, "XDG_CACHE_HOME": NO_FOLDER, "XDG_CONFIG_HOME": NO_FOLDER}

@@ -1,25 +1,33 @@
 """tune, push and stability --law on the command line."""
 
 import dataclasses
+import itertools
 import json
+import os
 import re
+import shutil
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gaitopt
-from gaitopt import compass_biped, load, save, tune_feedback
+from gaitopt import GainSearchOptions, PushTest, assess_stability, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
 from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
-from gaitopt.tuning import ControllerFamily, save_tuning
+from gaitopt.stability.recovery import Recovery
+from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
 from gaitopt.tuning.controller_family import law_name
+from gaitopt.tuning.gain_search import GainSearch
+from gaitopt.tuning.record import Tuning
+from gaitopt.tuning.tuning_objective import SpectralRadius
 
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
-    *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "verified"),
-    *("evaluations", "search_interrupted", "seconds"),
+    *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "worse_than_open_loop"),
+    *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds"),
 ]
 
 
@@ -61,7 +69,50 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     assert "not stabilised by joint_pd within its torque limits: no periodic gait was found near the plan" in text.err
     assert list(facts) == KEYS
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
+    assert (facts["worse_than_open_loop"], facts["sequence"]) == (True, "")
+    assert facts["planned_sequence"] == "slip+ stick | slip+"
     assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0, "interrupted": False}
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("planned", ["slip+ stick | slip+", "stick | stick"])
+def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeypatch, slip_gait, factor, planned):
+    """The open loop serves as the closed loop, of a radius that is half or twice as large as before."""
+    cycle = assess_stability(slip_gait)
+    tuned = Tuning(
+        law=None,
+        family="lqr",
+        gains={},
+        objective="spectral_radius",
+        radius_before=cycle.radius * factor,
+        radius_after=cycle.radius,
+        cycle=cycle,
+        fixed_point_shift=0.0,
+        verified=Recovery(radius=0.0, starts=1, returned=0, steps=30, tolerance=1e-4),
+        trials=(),
+        evaluations=1,
+        seconds=0.0,
+        planned_sequence=planned,
+    )
+    monkeypatch.setattr("gaitopt.tuning.tune.tune_feedback", lambda *_, **__: tuned)
+    text = " ".join(run(capsys, "tune", GAIT)[1].out.split())
+    facts = json.loads(run(capsys, "tune", GAIT, "--json")[1].out)
+    assert facts["worse_than_open_loop"] == ("larger than in open loop" in text) == (factor < 1)
+    assert (facts["sequence"], facts["planned_sequence"]) == ("slip+ stick | slip+", planned)
+    changed = f"contact sequence slip+ stick | slip+ under the law, {planned} in the gait"
+    assert (changed in text) == (planned == "stick | stick")
+
+
+def test_the_number_of_evaluations_reaches_the_stated_limit_and_does_not_exceed_it(slip_gait, monkeypatch):
+    """1 of the start, 4 random ones and 2 x 30 of the searches, which do not converge."""
+    values, steps = itertools.count(), []
+    monkeypatch.setattr("gaitopt.tuning.gain_search.GainSearch._value", lambda *_: float(next(values)))
+    family = design_for(slip_gait, slip_gait.robot, "computed-torque", 8.0, False)
+    options = GainSearchOptions(samples=4, evaluations=30, tolerance=1e-9)
+    search = GainSearch(slip_gait, slip_gait.robot, family, SpectralRadius(), (), None, steps.append)
+    search.search(options)
+    assert [step.number for step in steps] == list(range(1, 66))
+    assert {step.limit for step in steps} == {65}
 
 
 SHORT = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--samples", "0", "--evaluations", "3")
@@ -282,6 +333,43 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
     assert written["gains"] == facts["gains"]
 
 
+def test_the_file_of_gains_finds_its_law_script_from_any_folder(capsys, tmp_path, monkeypatch, script, slip_gait):
+    """The path of the script is relative to the file of gains, so that both may be moved together."""
+    work, elsewhere = tmp_path / "work", tmp_path / "elsewhere"
+    for folder in (work / "laws", work / "results", elsewhere):
+        folder.mkdir(parents=True)
+    script.rename(work / "laws" / "mylaw.py")
+    monkeypatch.chdir(work)
+    family = design_for(slip_gait, slip_gait.robot, "laws/mylaw.py:hip_spring", 8.0, False)
+    options = GainSearchOptions(samples=0, starts=1, evaluations=1)
+    tuned = tune_feedback(slip_gait, family, search=options, test=PushTest(starts=1))
+    file = save_tuning(tuned, "results/gains.json")
+    assert json.loads(file.read_text())["law"] == "../laws/mylaw.py:hip_spring"
+    moved = shutil.move(work, elsewhere / "moved")
+    gains = moved / "results" / "gains.json"
+    for folder in (elsewhere, moved, moved / "laws"):
+        monkeypatch.chdir(folder)
+        found = design_for(slip_gait, slip_gait.robot, os.path.relpath(gains), None, False)
+        assert found.law(tuned.gains).name == tuned.law.name
+    (moved / "laws" / "mylaw.py").unlink()
+    code, text = run(capsys, "simulate", str(Path(__file__).parents[2] / GAIT), "--law", str(gains))
+    assert code == 2
+    assert f"There is no law script {gains.parent / '../laws/mylaw.py'}" in " ".join(text.err.split())
+
+
+def test_the_file_of_gains_of_an_earlier_version_finds_its_law_script(tmp_path, monkeypatch, script, slip_gait):
+    """Its path is relative to the folder in which the law was tuned."""
+    monkeypatch.chdir(tmp_path)
+    family = design_for(slip_gait, slip_gait.robot, "mylaw.py:hip_spring", 8.0, False)
+    options = GainSearchOptions(samples=0, starts=1, evaluations=1)
+    tuned = tune_feedback(slip_gait, family, search=options, test=PushTest(starts=1))
+    (tmp_path / "results").mkdir()
+    file = save_tuning(tuned, "results/gains.json")
+    file.write_text(file.read_text().replace("../mylaw.py", "mylaw.py"))
+    assert load_tuning(file).family == "mylaw.py:hip_spring"
+    assert load_tuning(file).gains == pytest.approx(tuned.gains)
+
+
 def test_the_torque_limit_of_a_command_holds_for_the_law_of_a_script(script, slip_gait):
     first, far = slip_gait.motion.segments[0], np.array([0, 0, 100.0, 100.0])
     hips = [
@@ -299,7 +387,7 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
         (f"{script}:missing", "has no function missing"),
         (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
-        ("nowhere.py:law", "There is no problem script nowhere.py"),
+        ("nowhere.py:law", "There is no law script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
     ):
         code, text = run(capsys, "stability", GAIT, "--law", name)

@@ -20,6 +20,7 @@ def problem(longer=0.47):
 """
 
 
+@pytest.mark.slow
 def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script, folder):
     run = command("solve", script(SCRIPT), "-o", "two.h5", "--json")
     assert run.status == 0, run.err

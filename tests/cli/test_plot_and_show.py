@@ -37,6 +37,7 @@ def test_files_of_each_kind_are_drawn_and_printed(command, folder, root, record)
     assert done.status == 0
 
 
+@pytest.mark.slow
 def test_the_page_of_a_saved_diagram_is_written(command, folder, root):
     wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": 0.2269, "spokes": 8})
     save_diagram(trace(wheel, {"friction": (1.0, 0.99)}), folder / "wheel.nc")
@@ -78,6 +79,7 @@ def study(share: float = 0.5):
 """
 
 
+@pytest.mark.slow
 def test_a_study_script_returns_any_results(command, folder, slip_file):
     (folder / "study.py").write_text(STUDY.format(gait=str(slip_file)))
     done = command("run", "study.py", "--set", "share=0.25")

@@ -209,6 +209,17 @@ def test_a_script_of_a_robot_contains_its_bodies_and_contacts(command, folder):
     assert call_script(path, []).values["heel_length"] == 0.09
 
 
+def test_a_wrong_leg_exchange_of_a_changed_robot_is_found_before_a_solve(command, folder):
+    """The robots of the catalogue are exempt from this check; without it, the error is found after the solve."""
+    assert command("new", "mine", "--robot", "compass_biped").status == 0
+    path = folder / "mine.py"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("exchange=[-th2, -th1]", "exchange=[-th2, -0.9 * th1]"), encoding="utf-8")
+    run = command("solve", path)
+    assert run.status == 2
+    assert "the leg exchange changes the angular momentum by 3.14 %" in " ".join(run.err.split())
+
+
 @pytest.mark.parametrize("name", SCRIPT_OF_ROBOT)
 def test_a_definition_hides_no_name_of_its_script(name):
     script, definition = (

@@ -32,6 +32,7 @@ def quick(script):
     return script(QUICK)
 
 
+@pytest.mark.slow
 def test_sweep_prints_a_table_and_goes_on(command, quick, folder):
     arguments = ("sweep", quick, "--over", "friction=0.14:0.18:2", "--starts", "1", "--workers", "1", "-o", "f.nc")
     ran = command(*arguments)
@@ -107,7 +108,8 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(quick, folder):
     assert process.returncode == 130
     assert "nothing was written" not in err
     assert "Traceback" not in err
-    assert "Incomplete. Run the same command again to resume." in err
+    kept = len(list(folder.glob("f.nc.parts/*.h5")))
+    assert f"Incomplete. {kept} optimisations (0 finished points) are kept in f.nc.parts. Run the same command" in err
     assert not load_sweep(folder / "f.nc").attrs["complete"]
 
 

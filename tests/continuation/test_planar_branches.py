@@ -149,6 +149,7 @@ def test_the_time_of_an_impact_is_that_of_the_contact_that_closes(two_feet):
     assert event_derivative(automaton, coincident, event, None) == pytest.approx(exact, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_gains_of_a_law_are_parameters():
     gait = load(ROOT / "docs/examples/compass_slip.h5")
     law = joint_pd(gait.robot, gait.motion, stiffness=2.0, damping=0.2)

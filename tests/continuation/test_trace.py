@@ -142,6 +142,7 @@ def test_gait_c_joins_the_second_sticking_gait(compass):
     assert branch.states[-1][:-1] == pytest.approx(point.z[:-1], abs=1e-8)  # a gait that sticks ignores friction
 
 
+@pytest.mark.slow
 def test_multipliers_agree_with_finite_differences(compass, compass_diagram):
     branch = compass_diagram.branches[0]
     start = gaits_at(compass, compass_diagram, 0.14)[0]
@@ -197,6 +198,7 @@ def test_coexisting_gaits_are_found_by_deflation(compass):
     assert len({str(start) for start in starts}) == len(starts)
 
 
+@pytest.mark.slow
 def test_gaits_at_a_value_of_the_parameter(compass, compass_diagram):
     (gait,) = gaits_at(compass, compass_diagram, 0.14)
     # Gait B at friction 0.14, from two integrators: docs/physics.md.
@@ -204,10 +206,12 @@ def test_gaits_at_a_value_of_the_parameter(compass, compass_diagram):
     assert gaits_at(compass, compass_diagram, 0.5) == ()
 
 
-def test_a_diagram_is_read_as_it_was_written(cascade, tmp_path):
-    path = save_diagram(cascade, tmp_path / "cascade.nc")
+@pytest.mark.parametrize("name", ["wheel_diagram", pytest.param("cascade", marks=pytest.mark.slow)])
+def test_a_diagram_is_read_as_it_was_written(request, tmp_path, name):
+    diagram = request.getfixturevalue(name)
+    path = save_diagram(diagram, tmp_path / "diagram.nc")
     restored = load_diagram(path)
-    assert json.dumps(restored.records()) == json.dumps(cascade.records())
+    assert json.dumps(restored.records()) == json.dumps(diagram.records())
     (tmp_path / "other.nc").write_text("text")
     with pytest.raises(ArchiveError, match="is not"):
         load_diagram(tmp_path / "other.nc")

@@ -82,6 +82,7 @@ def test_the_work_of_the_run_tends_to_the_impulsive_one():
     assert 2 * stronger - weaker == pytest.approx(1, abs=0.04)
 
 
+@pytest.mark.slow
 def test_the_actuators_of_the_run_replace_what_the_impact_takes():
     gait = gait_of(*RUN, "force_limit=4")
     assert str(gait.sequence) == "foot A stick > flight |"

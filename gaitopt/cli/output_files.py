@@ -1,0 +1,62 @@
+"""Output files of the commands: accepted suffixes, and checks before the computation of their contents."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gaitopt.motion.atomic import check_suffix, check_writable
+
+FIGURES = {".png": "image", ".pdf": "vector, for papers", ".svg": "vector, for web pages"}
+ANIMATIONS = {".gif": "image", ".mp4": "film"}
+DATASET, PAGE = {".nc": "dataset"}, {".html": "page"}
+EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
+"""Contents of output files by their suffix."""
+
+ACCEPTED: Mapping[str, Mapping[str, str]] = {
+    "plot": FIGURES | PAGE,
+    "run": FIGURES,
+    "compare": FIGURES,
+    "animate": ANIMATIONS,
+    "report": PAGE,
+    "export": EXPORTS,
+    "simulate": {".csv": "trajectories", **FIGURES, **ANIMATIONS},
+    "trace": DATASET | PAGE | FIGURES,
+    "sweep": DATASET,
+    "pareto": DATASET,
+    "basin": DATASET,
+    "tune": {".json": "tuned gains"},
+    "push": {".json": "push test"},
+    "audit": {".json": "audit"},
+}
+"""Suffixes of the option ``--output`` by command.  Those of a gait file are checked by ``solve``."""
+
+
+def check_output(command: str, parameters: Mapping[str, Any]) -> None:
+    """Raise an error unless the output of a command, and its figure, have an accepted suffix and may be written.
+
+    Parameters
+    ----------
+    command : str
+        Name of the command.
+    parameters : mapping
+        Values of its options by name.
+
+    Raises
+    ------
+    InputError
+        If the suffix is missing, not accepted, or that of a script.
+    ArchiveError
+        If the folder is missing or not writable, or the path is a device, a pipe, a folder or a read-only file.
+
+    Examples
+    --------
+    >>> check_output("run", {"output": Path("study")})
+    Traceback (most recent call last):
+    ...
+    gaitopt.errors.InputError: Cannot write study: the file name has no suffix. Use .png (image), .pdf (vector, \
+for papers), .svg (vector, for web pages).
+    """
+    for path, kinds in ((parameters.get("output"), ACCEPTED.get(command)), (parameters.get("figure"), FIGURES)):
+        if path is not None and kinds is not None:
+            exported = ".py" in kinds and path.suffix.lower() == ".py"
+            check_writable(path, heading="" if exported else None)  # the writer rejects other modules
+            check_suffix(path, kinds)

@@ -1,0 +1,118 @@
+"""The message after Ctrl-C: which results are stored, and that the same command resumes."""
+
+import math
+
+import pytest
+
+from gaitopt import basin, load, rimless_wheel, save
+from gaitopt.cli import stored_results
+from gaitopt.continuation import checkpoint
+from gaitopt.study.storage import gait_store
+
+QUICK = """\
+from gaitopt import GaitProblem, Limits, MultipleShooting, compass_biped
+
+
+def problem(friction=0.16):
+    return GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=friction, speed=0.633, step_length=0.4713,
+        limits=Limits(torque=6), objective="torque_squared", transcription=MultipleShooting(intervals=10),
+    )
+"""
+INTERRUPTED_STUDY = """\
+from matplotlib.figure import Figure
+
+
+class Late(Figure):
+    def savefig(self, *_, **__):
+        raise KeyboardInterrupt
+
+
+def study():
+    return {"first": Figure(), "second": Late()}
+"""
+RESUME = "Run the same command again to resume."
+SOLVERS = {
+    "sweep": ("gaitopt.study.sweeps.sweep.solve_task", ("--over", "friction=0.14,0.16"), "f.nc.parts"),
+    "pareto": ("gaitopt.study.trade_offs.pareto.solve_front_task", ("--points", "2"), "f.nc.parts"),
+    "search": ("gaitopt.study.sequence_search.search.solve_sequence", ("--max-phases", "1"), "f.nc"),
+}
+"""Function that does a task of each study, options, and the folder of the gaits."""
+
+
+def interrupt_at(monkeypatch, place, call, gait):
+    """Replace the tasks of a study by a function that returns a gait and is interrupted at one of its calls."""
+    calls = []
+
+    def run(*_):
+        calls.append(None)
+        if len(calls) == call:
+            raise KeyboardInterrupt
+        return gait
+
+    monkeypatch.setattr(place, run)
+
+
+@pytest.mark.parametrize("command_name", SOLVERS)
+def test_an_interrupted_study_states_what_is_stored(command, script, folder, monkeypatch, slip_file, command_name):
+    place, options, parts = SOLVERS[command_name]
+    arguments = (command_name, script(QUICK), *options, "--starts", "1", "--workers", "1", "-o", "f.nc")
+    gait = load(slip_file)
+    interrupt_at(monkeypatch, place, 1, gait)
+    first = command(*arguments)
+    assert (first.status, first.out.strip()) == (130, "")
+    assert first.err.strip().endswith("Interrupted; no result was written.")
+    interrupt_at(monkeypatch, place, 2, gait)
+    second = command(*arguments)
+    interrupt_at(monkeypatch, place, 1, gait)  # before a further result
+    third = command(*arguments, "--json")
+    stored = list((folder / parts).glob("*.h5"))
+    assert len(stored) == 1
+    for run in (second, third):
+        text = " ".join(run.err.split())
+        assert run.status == 130
+        assert "1 optimisation (0 finished" in text
+        assert f"is kept in {parts}. {RESUME}" in text
+        assert "nothing was written" not in text
+    assert third.json["error"] in third.err
+
+
+def test_finished_points_are_counted(folder, slip_file):
+    parts = folder / "f.nc.parts"
+    parts.mkdir()
+    for name in ("cold-1", "point-1", "point-2", ".point-3"):
+        save(load(slip_file), parts / f"{name}.h5")
+    text = stored_results.describe_stored_results("sweep", folder / "f.nc")
+    assert text == f"3 optimisations (2 finished points) are kept in {parts}."
+
+
+def test_an_interrupted_basin_states_its_starts(folder):
+    rates = [0.1, 2.0, 4.0]
+    basin(rimless_wheel(), {"slope": math.radians(13)}, {"theta_rate": rates}, path=folder / "basin.nc")
+    text = stored_results.describe_stored_results("basin", folder / "basin.nc")
+    assert text == f"3 of 3 starts are kept in {folder / 'basin.nc'}."
+
+
+def test_an_interrupted_basin_without_a_file_wrote_nothing(command, root, monkeypatch):
+    interrupt_at(monkeypatch, "gaitopt.study.basins.basin.walk_starts", 1, None)
+    run = command("basin", root / "problems/rimless_wheel.py", "--over", "theta_rate=1,2", "--workers", "1")
+    assert (run.status, run.err.strip().splitlines()[-1]) == (130, "Interrupted; nothing was written.")
+
+
+@pytest.mark.parametrize(("corrections", "kept"), [(0, ""), (1, "1 correction is"), (7, "7 corrections are")])
+def test_the_corrections_of_a_trace_are_counted(tmp_path, corrections, kept):
+    path = tmp_path / f"branch.nc{checkpoint.SUFFIX}"
+    path.write_text("{}\n" * (1 + corrections) + "{")  # the last line was being written
+    text = stored_results.describe_stored_results("trace", tmp_path / "branch.nc")
+    assert text == (f"{kept} kept in {path}." if kept else "")
+
+
+def test_the_files_written_before_an_interrupt_are_named(command, folder, script):
+    run = command("run", script(INTERRUPTED_STUDY))
+    assert (run.status, run.err.strip().splitlines()[-1]) == (130, "Interrupted; wrote own_first.png.")
+    assert (folder / "own_first.png").exists()
+
+
+def test_the_names_of_the_stored_files_agree():
+    assert (gait_store.QUESTION, checkpoint.SUFFIX) == (stored_results.QUESTION, stored_results.SUFFIX)
+    assert set(stored_results._DESCRIPTIONS) == {"sweep", "pareto", "search", "basin", "trace", "audit"}
