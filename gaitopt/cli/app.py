@@ -15,7 +15,7 @@ from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, InputError, ScriptError
-from gaitopt.interrupts import record_interrupts
+from gaitopt.interrupts import Handler, record_interrupts
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
 """Errors of the operating system that concern the path of a user, not gaitopt."""
@@ -92,10 +92,13 @@ def _version(
         raise typer.Exit
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
+def main(arguments: Sequence[str] | None = None, handler: Handler | None = None) -> None:
+    """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input.
+
+    A handler replaces the present one of Ctrl-C while the command runs.
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts() as interrupt, collect_rarely():
+    with record_interrupts(handler) as interrupt, collect_rarely():
         try:
             app = build_app(import_commands(words))
             status = app(words, prog_name="gaitopt", standalone_mode=False) or 0

@@ -1,4 +1,4 @@
-"""A Ctrl-C that arrives after the command has ended, while the interpreter is finalised."""
+"""A Ctrl-C that arrives just before a command begins, or after it has ended, while the interpreter is finalised."""
 
 import os
 import subprocess
@@ -18,6 +18,29 @@ builtins.late = Late()
 sys.argv = ["gaitopt", "problems"]
 __main__.main()
 """
+
+
+EARLY = """
+import signal, sys
+from gaitopt import __main__
+from gaitopt.cli import app
+
+def interrupt(*arguments, record=app.record_interrupts):
+    signal.raise_signal(signal.SIGINT)
+    return record(*arguments)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+app.record_interrupts = interrupt
+sys.argv = ["gaitopt", "problems"]
+__main__.main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
+def test_an_interrupt_between_the_imports_and_the_command_ends_it_with_a_sentence():
+    run = subprocess.run([sys.executable, "-c", EARLY], capture_output=True, text=True, timeout=60, check=False)
+    assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
 
 
 @pytest.mark.slow
