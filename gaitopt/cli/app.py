@@ -15,7 +15,7 @@ from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.errors import GaitoptError, InputError, ScriptError
-from gaitopt.interrupts import Handler, record_interrupts
+from gaitopt.interrupts import Handler, InterruptRecord, record_interrupts
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
 """Errors of the operating system that concern the path of a user, not gaitopt."""
@@ -98,20 +98,28 @@ def main(arguments: Sequence[str] | None = None, handler: Handler | None = None)
     A handler replaces the present one of Ctrl-C while the command runs.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    with record_interrupts(handler) as interrupt, collect_rarely():
-        try:
-            app = build_app(import_commands(words))
-            status = app(words, prog_name="gaitopt", standalone_mode=False) or 0
-        except (KeyboardInterrupt, typer.Abort):
-            status = INTERRUPTED
-        except Exception as error:
-            explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            caused = interrupt.received and (not explained or _is_import_error(error))
-            status = INTERRUPTED if caused else _explain(error, words)
+    try:
+        with record_interrupts(handler) as interrupt, collect_rarely():
+            status = _run(words, interrupt)
+    except KeyboardInterrupt:  # between two statements of the line above
+        status = INTERRUPTED
     if status == INTERRUPTED:
         _report(words, "interrupted", "Interrupted; nothing was written.")
         err.print("Interrupted; nothing was written.")
     sys.exit(status)
+
+
+def _run(words: list[str], interrupt: InterruptRecord) -> int:
+    """Run the command line and return its status; the errors of the input and interrupts are explained."""
+    try:
+        app = build_app(import_commands(words))
+        return app(words, prog_name="gaitopt", standalone_mode=False) or 0
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except Exception as error:
+        explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
+        caused = interrupt.received and (not explained or _is_import_error(error))
+        return INTERRUPTED if caused else _explain(error, words)
 
 
 def _is_import_error(error: BaseException | None) -> bool:

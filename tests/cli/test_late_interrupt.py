@@ -25,12 +25,12 @@ import signal, sys
 from gaitopt import __main__
 from gaitopt.cli import app
 
-def interrupt(*arguments, record=app.record_interrupts):
+def interrupt(*arguments, make=app.{name}):
     signal.raise_signal(signal.SIGINT)
-    return record(*arguments)
+    return make(*arguments)
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
-app.record_interrupts = interrupt
+app.{name} = interrupt
 sys.argv = ["gaitopt", "problems"]
 __main__.main()
 """
@@ -38,8 +38,10 @@ __main__.main()
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
-def test_an_interrupt_between_the_imports_and_the_command_ends_it_with_a_sentence():
-    run = subprocess.run([sys.executable, "-c", EARLY], capture_output=True, text=True, timeout=60, check=False)
+@pytest.mark.parametrize("name", ["record_interrupts", "collect_rarely"])
+def test_an_interrupt_between_the_imports_and_the_command_ends_it_with_a_sentence(name):
+    words = [sys.executable, "-c", EARLY.format(name=name)]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
     assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
 
 
