@@ -23,10 +23,10 @@ def main() -> None:
 
         app.import_commands(sys.argv[1:])
         threading.excepthook = app.report_thread_error
-        signal.signal(signal.SIGINT, former)
         try:
-            app.main()
+            app.main(handler=former if callable(former) else None)
         except SystemExit as end:
+            signal.signal(signal.SIGINT, former)
             if end.code == app.INTERRUPTED:
                 _exit_by_interrupt()
             gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time

@@ -1,32 +1,39 @@
 """Ctrl-C: deferred, turned into a request to stop, or recorded, so that none is lost.
 
-Python raises KeyboardInterrupt between any two instructions of the main thread.  In two places it is lost:
+Python raises KeyboardInterrupt between any two instructions of the main thread.  In three places it is lost:
 
-- CasADi clears whatever Python raises while its wrapper converts arguments: the call then succeeds, or fails with an
-  error of another kind.  Inside a solver the exception ends the solve and the iterate is lost.
-- In callbacks of weak references and in finalisers Python prints the exception and continues.  While interrupts are
-  recorded, such an exception is raised again a moment later instead.
+- CasADi clears whatever Python raises while its wrapper converts arguments or is imported: the call then succeeds, or
+  fails with an error of another kind.  Inside a solver the exception ends the solve and the iterate is lost.
+- Other compiled modules (those written in Cython) clear exceptions while they are imported.
+- In callbacks of weak references and in finalisers Python prints the exception and continues.
+
+While interrupts are recorded, the exception is raised a moment later instead, when that call has ended.
 
 The context managers below replace the handler of SIGINT for a block.  They act in the main thread only, where Python
 runs signal handlers, and do nothing elsewhere or if the process ignores SIGINT.
 """
 
 import _thread
+import inspect
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.machinery import ExtensionFileLoader
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-_Handler = Callable[[int, FrameType | None], Any]
+Handler = Callable[[int, FrameType | None], Any]
 
 _AGAIN = 0.01
-"""Time after which an interrupt is raised again that was lost in a callback [s]; the callback has ended by then."""
+"""Time after which an interrupt is repeated that would be lost [s]."""
+
+_IMPORTS = {ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__}
+"""Code that imports a compiled module."""
 
 
 class InterruptRecord:
@@ -70,14 +77,14 @@ def defer_interrupt() -> Iterator[None]:
     ...     complete
     True
     """
-    received: list[tuple[int, FrameType | None]] = []
-    previous: _Handler | None = None
+    received: list[int] = []
+    previous: Handler | None = None
     try:
-        with _replace_handler(lambda _: lambda number, frame: received.append((number, frame))) as previous:
+        with _replace_handler(lambda _: lambda number, frame: received.append(number)) as previous:
             yield
     finally:
         if received and previous is not None:
-            previous(*received[0])
+            previous(received[0], inspect.currentframe())
 
 
 @contextmanager
@@ -91,7 +98,7 @@ def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
     stopping
     """
 
-    def make(previous: _Handler) -> _Handler:
+    def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
             signal.signal(signal.SIGINT, previous)
             stop()
@@ -113,7 +120,7 @@ def hold_interrupt() -> Iterator[InterruptRecord]:
     """
     record = InterruptRecord()
 
-    def make(previous: _Handler) -> _Handler:
+    def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
             record.received = True
             signal.signal(signal.SIGINT, previous)
@@ -125,8 +132,13 @@ def hold_interrupt() -> Iterator[InterruptRecord]:
 
 
 @contextmanager
-def record_interrupts() -> Iterator[InterruptRecord]:
+def record_interrupts(handler: Handler | None = None) -> Iterator[InterruptRecord]:
     """Record every Ctrl-C while it is handled as usual, since it may be lost or raised as another error.
+
+    Parameters
+    ----------
+    handler : callable, optional
+        Handler of the block; by default the present one.
 
     Examples
     --------
@@ -134,12 +146,15 @@ def record_interrupts() -> Iterator[InterruptRecord]:
     ...     interrupt.received
     False
     """
-    record = InterruptRecord()
+    record, timers = InterruptRecord(), list[threading.Timer]()
 
-    def make(previous: _Handler) -> _Handler:
+    def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
             record.received = True
-            previous(number, frame)
+            if _is_cleared(frame):
+                _repeat_interrupt(timers)
+            else:
+                (handler or previous)(number, frame)
 
         return handle
 
@@ -147,22 +162,29 @@ def record_interrupts() -> Iterator[InterruptRecord]:
         if previous is None:
             yield record
         else:
-            with _return_lost_interrupts():
+            with _return_lost_interrupts(timers):
                 yield record
 
 
+def _is_cleared(frame: FrameType | None) -> bool:
+    """Return whether an exception may be cleared: in CasADi, or while a compiled module is imported."""
+    while frame is not None:
+        if frame.f_code in _IMPORTS or str(frame.f_globals.get("__name__")).partition(".")[0] == "casadi":
+            return True
+        frame = frame.f_back
+    return False
+
+
 @contextmanager
-def _return_lost_interrupts() -> Iterator[None]:
-    """Raise KeyboardInterrupt again where Python only prints it: in callbacks of weak references and finalisers."""
-    former, timers = sys.unraisablehook, list[threading.Timer]()
+def _return_lost_interrupts(timers: list[threading.Timer]) -> Iterator[None]:
+    """Repeat a Ctrl-C whose exception Python only prints: in callbacks of weak references and finalisers."""
+    former = sys.unraisablehook
 
     def hook(lost: "UnraisableHookArgs") -> None:
-        if not issubclass(lost.exc_type, KeyboardInterrupt):
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            _repeat_interrupt(timers)
+        else:
             former(lost)
-            return
-        timers.append(threading.Timer(_AGAIN, _interrupt_main_thread))
-        timers[-1].daemon = True
-        timers[-1].start()
 
     sys.unraisablehook = hook
     try:
@@ -171,6 +193,13 @@ def _return_lost_interrupts() -> Iterator[None]:
         sys.unraisablehook = former
         for timer in timers:
             timer.cancel()
+
+
+def _repeat_interrupt(timers: list[threading.Timer]) -> None:
+    """Interrupt the main thread again a moment later, by a timer that is added to a list."""
+    timers.append(threading.Timer(_AGAIN, _interrupt_main_thread))
+    timers[-1].daemon = True
+    timers[-1].start()
 
 
 def _interrupt_main_thread() -> None:
@@ -195,7 +224,7 @@ def block_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def _replace_handler(make: Callable[[_Handler], _Handler]) -> Iterator[_Handler | None]:
+def _replace_handler(make: Callable[[Handler], Handler]) -> Iterator[Handler | None]:
     """Replace the handler of SIGINT by one made from it; yield the former one, or None if nothing is replaced."""
     previous = signal.getsignal(signal.SIGINT)
     if not callable(previous) or threading.current_thread() is not threading.main_thread():

@@ -34,6 +34,7 @@ COMMANDS = {
     "solve": ("solve", ROOT / "problems/compass_slip.py", "-o", "out.h5"),
     "trace": ("trace", ROOT / "problems/compass_passive.py", "--over", "slope=1:1.5", "-o", "out.nc"),
     "stability": ("stability", ROOT / "problems/compass_passive.py", "--starts", "50"),
+    "design": ("design", ROOT / "problems/compass_design.py", "-o", "out"),
     "tune": ("tune", ROOT / "docs/examples/compass_slip.h5", "--law", "lqr", "--starts", "10", "-o", "out.json"),
     "animate": ("animate", ROOT / "docs/examples/compass_slip.h5", "--steps", "1", "-o", "out.gif"),
 }

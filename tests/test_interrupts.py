@@ -1,15 +1,18 @@
 """Ctrl-C during a study is never lost, wherever it strikes."""
 
+import _imp
 import contextlib
 import signal
 import sys
 import threading
 import time
 import weakref
+from importlib.machinery import ExtensionFileLoader
 
+import casadi as ca
 import pytest
 
-from gaitopt import Execution, find_cycles
+from gaitopt import Execution, find_cycles, load, save
 from gaitopt.interrupts import defer_interrupt, hold_interrupt, record_interrupts, stop_on_interrupt
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
@@ -55,6 +58,54 @@ def test_an_interrupt_in_a_callback_is_raised_again():
     with pytest.raises(KeyboardInterrupt):
         lose_interrupt_and_wait()
     assert sys.unraisablehook is former
+
+
+class InterruptedConversion:
+    """A number whose conversion by CasADi is interrupted."""
+
+    def __DM__(self):
+        signal.raise_signal(signal.SIGINT)
+        return ca.DM(1)
+
+
+@record_interrupts()
+def convert_and_wait():
+    ca.sin(InterruptedConversion())
+    time.sleep(20)
+
+
+def test_an_interrupt_in_a_conversion_by_casadi_is_raised_after_it():
+    """The wrapper of CasADi clears the exception and continues."""
+    with pytest.raises(KeyboardInterrupt):
+        convert_and_wait()
+
+
+@record_interrupts()
+def import_compiled_module_and_wait(loader):
+    with contextlib.suppress(KeyboardInterrupt):  # as modules written in Cython do
+        loader.exec_module(None)
+    time.sleep(20)
+
+
+def test_an_interrupt_while_a_compiled_module_is_imported_is_raised_after_it(monkeypatch):
+    monkeypatch.setattr(_imp, "exec_dynamic", lambda _: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        import_compiled_module_and_wait(ExtensionFileLoader("compiled", "compiled.so"))
+
+
+def test_an_interrupt_while_the_handler_is_restored_is_not_lost(tmp_path, monkeypatch):
+    """It comes after the last statement of the block in which interrupts are held."""
+    restore, signals = signal.signal, [signal.SIGINT]
+
+    def restore_late(number, handler):
+        if handler is signal.default_int_handler and signals:
+            signal.raise_signal(signals.pop())
+        return restore(number, handler)
+
+    gait = load("docs/examples/compass_slip.h5")
+    monkeypatch.setattr(signal, "signal", restore_late)
+    with pytest.raises(KeyboardInterrupt):
+        save(gait, tmp_path / "gait.h5")
 
 
 def test_the_second_one_is_not_held():

@@ -16,7 +16,7 @@ from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.cli.stored_results import Invocation, describe_interrupt
 from gaitopt.errors import GaitoptError, InputError, ScriptError
-from gaitopt.interrupts import record_interrupts
+from gaitopt.interrupts import Handler, InterruptRecord, record_interrupts
 from gaitopt.motion.atomic import record_writes
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
@@ -94,25 +94,36 @@ def _version(
         raise typer.Exit
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input."""
+def main(arguments: Sequence[str] | None = None, handler: Handler | None = None) -> None:
+    """Run the command line and exit with its status: 0 success, 1 no verified solution, 2 invalid input.
+
+    A handler replaces the present one of Ctrl-C while the command runs.
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    invocation = Invocation()
-    with record_interrupts() as interrupt, collect_rarely(), record_writes() as written:
-        try:
-            app = build_app(import_commands(words))
-            status = app(words, prog_name="gaitopt", standalone_mode=False, obj=invocation) or 0
-        except (KeyboardInterrupt, typer.Abort):
-            status = INTERRUPTED
-        except Exception as error:
-            explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
-            caused = interrupt.received and (not explained or _is_import_error(error))
-            status = INTERRUPTED if caused else _explain(error, words)
+    invocation, written = Invocation(), list[Path]()
+    try:
+        with record_interrupts(handler) as interrupt, collect_rarely(), record_writes(written):
+            status = _run(words, invocation, interrupt)
+    except KeyboardInterrupt:  # between two statements of the lines above
+        status = INTERRUPTED
     if status == INTERRUPTED:
         message = describe_interrupt(invocation, written)
         _report(words, "interrupted", message)
         err.print(message, soft_wrap=True)
     sys.exit(status)
+
+
+def _run(words: list[str], invocation: Invocation, interrupt: InterruptRecord) -> int:
+    """Run the command line and return its status; the errors of the input and interrupts are explained."""
+    try:
+        app = build_app(import_commands(words))
+        return app(words, prog_name="gaitopt", standalone_mode=False, obj=invocation) or 0
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except Exception as error:
+        explained = isinstance(error, GaitoptError) and not isinstance(error, ScriptError)
+        caused = interrupt.received and (not explained or _is_import_error(error))
+        return INTERRUPTED if caused else _explain(error, words)
 
 
 def _is_import_error(error: BaseException | None) -> bool:

@@ -87,10 +87,9 @@ def save(gait: AnyGait, path: str | Path) -> Path:
     path = Path(path)
     check_gait_suffix(path)
     check_gait_content(gait)
-    with hold_interrupt() as interrupt:
-        with write_hdf5(path) as file:
-            write_gait(file, gait)
-        interrupt.check()
+    with hold_interrupt() as interrupt, write_hdf5(path) as file:
+        write_gait(file, gait)
+    interrupt.check()
     return path
 
 

@@ -18,20 +18,21 @@ _WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
 
 
 @contextmanager
-def record_writes() -> Iterator[list[Path]]:
-    """Record the files that are written in the block, in order.
+def record_writes(written: list[Path]) -> Iterator[None]:
+    """Add the files that are written in the block to a list, in order.
 
     Examples
     --------
-    >>> with record_writes() as written, write_atomically("note.txt") as temporary:
+    >>> written = []
+    >>> with record_writes(written), write_atomically("note.txt") as temporary:
     ...     _ = temporary.write_text("whole")
     >>> [path.name for path in written]
     ['note.txt']
     >>> Path("note.txt").unlink()
     """
-    token = _WRITTEN.set(written := list[Path]())
+    token = _WRITTEN.set(written)
     try:
-        yield written
+        yield
     finally:
         _WRITTEN.reset(token)
 

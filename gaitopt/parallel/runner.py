@@ -107,7 +107,7 @@ def run_tasks(
             executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
         with executor:
             yield from _run_on(executor, queue, interrupt, meanwhile)
-        interrupt.check()  # an interrupt while the workers ended; raised now, it leaves none of their semaphores
+    interrupt.check()  # an interrupt while the workers ended; raised now, it leaves none of their semaphores
 
 
 def collect_tasks(
@@ -159,7 +159,7 @@ def _run_here(work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | 
     if meanwhile is not None and len(queue):
         with hold_interrupt() as interrupt:
             meanwhile(interrupt.check)
-            interrupt.check()
+        interrupt.check()
     while (task := queue.next()) is not None:
         with record_interrupts() as interrupt:
             try:

@@ -1,4 +1,4 @@
-"""A Ctrl-C that arrives after the command has ended, while the interpreter is finalised."""
+"""A Ctrl-C that arrives just before a command begins, or after it has ended, while the interpreter is finalised."""
 
 import os
 import subprocess
@@ -18,6 +18,31 @@ builtins.late = Late()
 sys.argv = ["gaitopt", "problems"]
 __main__.main()
 """
+
+
+EARLY = """
+import signal, sys
+from gaitopt import __main__
+from gaitopt.cli import app
+
+def interrupt(*arguments, make=app.{name}):
+    signal.raise_signal(signal.SIGINT)
+    return make(*arguments)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+app.{name} = interrupt
+sys.argv = ["gaitopt", "problems"]
+__main__.main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
+@pytest.mark.parametrize("name", ["record_interrupts", "collect_rarely"])
+def test_an_interrupt_between_the_imports_and_the_command_ends_it_with_a_sentence(name):
+    words = [sys.executable, "-c", EARLY.format(name=name)]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
+    assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
 
 
 @pytest.mark.slow

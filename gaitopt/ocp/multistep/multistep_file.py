@@ -85,21 +85,20 @@ def save_steps(gait: MultiStepGait, path: str | Path) -> Path:
     for number, step in enumerate(problem.steps):
         if step.objective.name not in OBJECTIVES or objective_named(step.objective.name) != step.objective:
             raise InputError(f"steps[{number}] has the objective {step.objective!r}; files accept objectives by name.")
-    with hold_interrupt() as interrupt:
-        with write_hdf5(path) as file:
-            file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, status=gait.status.key)
-            file.attrs.update({name: getattr(gait, name) for name in _RECORD})
-            ends = {name: getattr(problem, name) for name in ("name", "start", "end")}
-            ends["footholds"] = [[number, *pair] for number, pair in problem.footholds.items()]
-            if problem.terrain is not None:  # the pieces are known without the guesses, which are not in the file
-                ends["terrain"] = problem.terrain.describe()
-                places = [foothold.expected for foothold in problem.ground]
-                ends["expected_places"] = list(enumerate(places))[1:]
-            file.attrs["problem"] = json.dumps(plain(ends))
-            robots: SharedGroups = {}
-            for number in range(len(problem.steps)):
-                write_gait(file.create_group(f"{STEPS}/{number:04d}"), gait_of_step(gait, number), robots)
-        interrupt.check()
+    with hold_interrupt() as interrupt, write_hdf5(path) as file:
+        file.attrs.update(format=f"gaitopt {KIND}", format_version=VERSION, status=gait.status.key)
+        file.attrs.update({name: getattr(gait, name) for name in _RECORD})
+        ends = {name: getattr(problem, name) for name in ("name", "start", "end")}
+        ends["footholds"] = [[number, *pair] for number, pair in problem.footholds.items()]
+        if problem.terrain is not None:  # the pieces are known without the guesses, which are not in the file
+            ends["terrain"] = problem.terrain.describe()
+            places = [foothold.expected for foothold in problem.ground]
+            ends["expected_places"] = list(enumerate(places))[1:]
+        file.attrs["problem"] = json.dumps(plain(ends))
+        robots: SharedGroups = {}
+        for number in range(len(problem.steps)):
+            write_gait(file.create_group(f"{STEPS}/{number:04d}"), gait_of_step(gait, number), robots)
+    interrupt.check()
     return path
 
 
