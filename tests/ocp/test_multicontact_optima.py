@@ -15,12 +15,17 @@ from gaitopt.ocp import FromPlanarGait, PlanarLimits, solve_planar
 from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
-from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_guess import find_poses
+from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
+from tests.benchmarks.plain_five_link_opti import Gait
 from tests.ocp.multicontact_examples import drag, hop, knee_strike, stride, walk
+
+FIVE_LINKS = 76.662549
+"""Least integral of squared torques of the five-link walker [N^2 m^2 s]."""
 
 
 def test_the_hop_of_the_monopod():
@@ -57,9 +62,18 @@ def test_a_compass_that_drags_its_trailing_foot_in_double_support():
 
 
 def test_the_five_link_walker():
+    """A plain script of the same NLP, with equations from the energies, has the same optimum (next test)."""
     gait = solve_planar(stride())
     assert gait.status.ok
-    assert gait.solver.objective == pytest.approx(76.662, abs=1e-3)
+    assert gait.solver.objective == pytest.approx(FIVE_LINKS, rel=1e-8)
+    assert math.trunc(1e3 * FIVE_LINKS) / 1e3 == 76.662  # the published number
+
+
+@pytest.mark.slow
+def test_a_plain_script_has_the_optimum_of_the_five_link_walker():
+    script = Gait(12, 4, friction=0.6, speed=0.7, step=0.4, slips=False)
+    objective, _ = script.solve(*find_poses(setting_of(stride())), np.array([0.4 / 0.7]))
+    assert objective == pytest.approx(FIVE_LINKS, rel=1e-8)
 
 
 def test_the_least_torque_of_a_kneed_walker_downhill_is_zero_in_its_passive_gait():
