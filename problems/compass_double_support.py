@@ -45,7 +45,7 @@ def problem(
         step_length=step_length,
         objective="torque_squared",
         limits=PlanarLimits(torque={"ankle A": torque_limit, "ankle B": torque_limit, "hip": torque_limit, idle: 0}),
-        margins=Margins(slip_speed=0, impact_cone=0, separation=0, normal_force=0),
+        margins=Margins(slip_speed=0, impact_cone=0, separation=0, normal_force=0) if double else Margins(),
         guess=dragged_guess(step_length, step_length / speed) if double else PoseGuess(),
         transcription=Collocation(intervals=tuple(counts) if double else single_intervals),
     )

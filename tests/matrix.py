@@ -4,8 +4,8 @@
 hopper`` prints the rows of some scripts only.  A column that fails contains the reason.
 """
 
-import contextlib
 import importlib
+import inspect
 import itertools
 import pkgutil
 import sys
@@ -79,11 +79,11 @@ def catalogue():
     for entry in pkgutil.iter_modules(robots.__path__):
         module = importlib.import_module(f"{robots.__name__}.{entry.name}")
         for name, value in vars(module).items():
-            if hasattr(value, "cache_info") and value.__module__ == module.__name__:
-                with contextlib.suppress(TypeError):  # a function with arguments is not a robot of the catalogue
-                    robot = value()
-                    if isinstance(robot, Robot | PlanarRobot):
-                        found[name] = robot
+            if callable(value) and value.__module__ == module.__name__:
+                signature = inspect.signature(value)
+                optional = all(each.default is not each.empty for each in signature.parameters.values())
+                if optional and signature.return_annotation in (Robot, PlanarRobot):
+                    found[name] = value()
     return found
 
 

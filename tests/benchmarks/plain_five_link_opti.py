@@ -1,4 +1,4 @@
-"""The five-link gait that slips at touchdown, in CasADi's Opti: Lobatto points and projected end points.
+"""Five-link gaits whose touchdown slips or sticks, in CasADi's Opti: Lobatto points and projected end points.
 
 The NLP has the unknowns and the rows of gaitopt's; the equations of motion are derived by CasADi from the energies.
 """
@@ -57,18 +57,18 @@ def model():
 
 
 class Gait:
-    """The NLP of two phases, slip and stick of foot A, and the impact of foot B, which slips."""
+    """The NLP of two phases, slip and stick of foot A, and the impact of foot B, which slips; or of stick alone."""
 
-    def __init__(self, intervals, points, friction, speed, step):
-        self.opti, self.model, self.friction = ca.Opti(), model(), friction
+    def __init__(self, intervals, points, friction, speed, step, *, slips=True):
+        self.opti, self.model, self.friction, self.slips = ca.Opti(), model(), friction, slips
         self.fractions, self.once, self.twice = lobatto(points)
         self.intervals, self.period = intervals, step / speed
-        opti = self.opti
-        self.q, self.u = opti.variable(7, 2 * intervals + 1), opti.variable(4, 2 * intervals + 1)
-        self.v, self.durations, self.impulse = opti.variable(7, 2 * intervals + 1), opti.variable(2), opti.variable()
+        opti, nodes = self.opti, (1 + slips) * intervals + 1
+        self.q, self.v, self.u = (opti.variable(size, nodes) for size in (7, 7, 4))
+        self.durations, self.impulse = opti.variable(1 + slips), opti.variable(1 if slips else 2)
         self.cost, self.forces = 0, []
-        for phase in range(2):
-            self.add_phase(phase)
+        for number, sticks in enumerate((False, True) if slips else (True,)):
+            self.add_phase(number, sticks)
         self.add_touchdown()
         self.add_bounds(step)
         opti.minimize(self.cost)
@@ -76,9 +76,9 @@ class Gait:
         # Expansion to SX would take longer: 2.6 s instead of 1.9 s of build and solve with four points.
         opti.solver("ipopt", {"detect_simple_bounds": True, "print_time": False}, options)
 
-    def add_phase(self, phase):
+    def add_phase(self, phase, sticks):
         """Add the intervals and the last node of a phase."""
-        opti, sticks, count = self.opti, phase == 1, self.intervals
+        opti, count = self.opti, self.intervals
         rows, inner = 7 + 1 + sticks, len(self.fractions) - 2
         nodes, between = opti.variable(rows, count + 1), opti.variable(rows, count * inner)
         projections = opti.variable(2 * (1 + sticks), count)
@@ -99,56 +99,59 @@ class Gait:
                 self.cost += h * self.once[-1][i] * ca.sumsqr(torque)
                 states.append((place, rate, torque))
             for i in range(inner + 1):
-                self.add_point(phase, (*states[i], z[i]), is_first=k == 0 and i == 0)
-            self.add_end(phase, node, states[-1], projections[:, k])
+                self.add_point(sticks, (*states[i], z[i]), is_first=k == 0 and i == 0)
+            self.add_end(sticks, node, states[-1], projections[:, k])
         last = (phase + 1) * count
-        self.add_point(phase, (self.q[:, last], self.v[:, last], self.u[:, last], nodes[:, -1]), is_last=True)
+        self.add_point(sticks, (self.q[:, last], self.v[:, last], self.u[:, last], nodes[:, -1]), is_last=True)
 
-    def add_point(self, phase, point, *, is_first=False, is_last=False):
+    def add_point(self, sticks, point, *, is_first=False, is_last=False):
         """Add the equations of motion and the path constraints of an instant."""
         opti, (q, v, u, z) = self.opti, point
-        tangential = z[8] if phase else -self.friction * z[7]
+        tangential = z[8] if sticks else -self.friction * z[7]
         residual, acceleration = self.model["motion"](q, v, z[:7], u, ca.vertcat(tangential, z[7]))
         opti.subject_to(residual == 0)
-        opti.subject_to((acceleration if phase else acceleration[1]) == 0)
+        opti.subject_to((acceleration if sticks else acceleration[1]) == 0)
         _, other, rows, _ = self.model["feet"](q)
-        if phase:
+        if sticks:
             opti.subject_to(self.friction * z[7] + z[8] >= 0)
             opti.subject_to(self.friction * z[7] - z[8] >= 0)
-        if not phase and is_last:
+        if not sticks and is_last:
             opti.subject_to(rows[0, :] @ v == 0)
-        if not phase and not is_first and not is_last:
+        if not sticks and not is_first and not is_last:
             opti.subject_to(rows[0, :] @ v >= 0)
-        if not (phase and is_last) and not is_first:
+        if not (sticks and is_last) and not is_first:
             opti.subject_to(other[1] >= 0)
 
-    def add_end(self, phase, node, integral, projection):
+    def add_end(self, sticks, node, integral, projection):
         """Add the projected end point of an interval."""
         opti, q, v = self.opti, self.q[:, node + 1], self.v[:, node + 1]
         foot, _, rows, _ = self.model["feet"](q)
         before = self.model["feet"](self.q[:, node])[0]
-        active = [1, 0] if phase else [1]
+        active = [1, 0] if sticks else [1]
         rows, m = rows[active, :], len(active)
         opti.subject_to(q == integral[0] + rows.T @ projection[:m])
         opti.subject_to(v == integral[1] + rows.T @ projection[m:])
         opti.subject_to(foot[1] == 0)
-        if phase:
+        if sticks:
             opti.subject_to(foot[0] == before[0])
         opti.subject_to(rows @ v == 0)
 
     def add_touchdown(self):
-        """Add the impact of foot B, which slips forward while foot A leaves the ground, and the leg exchange."""
+        """Add the impact of foot B, which slips forward or sticks, the lift-off of foot A, and the leg exchange."""
         opti, q, v, after = self.opti, self.q[:, -1], self.v[:, -1], self.v[:, 0][MIRROR]
         _, foot, trailing, rows = self.model["feet"](q)
         balance = self.model["mass"](q) @ (after - v)
-        opti.subject_to(balance == rows.T @ ca.vertcat(-self.friction * self.impulse, self.impulse))
+        tangential, normal = (-self.friction * self.impulse, self.impulse) if self.slips else ca.vertsplit(self.impulse)
+        opti.subject_to(balance == rows.T @ ca.vertcat(tangential, normal))
         opti.subject_to(rows[1, :] @ after == 0)
-        opti.subject_to(rows[0, :] @ after >= 0)
+        opti.subject_to(rows[0, :] @ after >= 0 if self.slips else rows[0, :] @ after == 0)
         opti.subject_to(trailing[1, :] @ after >= 0)
         opti.subject_to(foot[1] == 0)
         opti.subject_to(rows[1, :] @ v <= -0.05)
         opti.subject_to(self.q[1:, 0] == q[MIRROR][1:])
-        opti.subject_to(self.impulse >= 0)
+        opti.subject_to(normal >= 0)
+        if not self.slips:
+            opti.subject_to(opti.bounded(-self.friction * normal, tangential, self.friction * normal))
 
     def add_bounds(self, step):
         """Add bounds of angles and durations, the speed and the step length."""
@@ -163,8 +166,8 @@ class Gait:
     def solve(self, first, last, durations):
         """Return the least integral of squared torques and the iterations, from a line between two poses."""
         opti, count = self.opti, self.intervals
-        slip, stick = (np.linspace(0, duration, count + 1) for duration in durations)
-        time = np.concatenate([slip, slip[-1] + stick[1:]])
+        steps = np.repeat(durations, count) / count
+        time = np.concatenate([[0], np.cumsum(steps)])
         rates = (last - first) / durations.sum()
         opti.set_initial(self.q, first[:, None] + rates[:, None] * time)
         opti.set_initial(self.v, np.repeat(rates[:, None], time.size, axis=1))

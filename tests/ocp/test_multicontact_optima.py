@@ -15,12 +15,17 @@ from gaitopt.ocp import FromPlanarGait, PlanarLimits, solve_planar
 from gaitopt.ocp.bounds import bounds, nlp_data, structure
 from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
-from gaitopt.ocp.multicontact.planar_start import planar_start
+from gaitopt.ocp.multicontact.planar_guess import find_poses
+from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.transcription.transcription import transcribe
 from gaitopt.progress import silent
+from tests.benchmarks.plain_five_link_opti import Gait
 from tests.ocp.multicontact_examples import drag, hop, knee_strike, stride, walk
+
+FIVE_LINKS = 76.662549
+"""Least integral of squared torques of the five-link walker [N^2 m^2 s]."""
 
 
 def test_the_hop_of_the_monopod():
@@ -36,6 +41,25 @@ def test_a_hop_that_lands_in_a_slip_costs_less_than_one_that_sticks():
     assert stick.status.ok
     assert slip.status.ok
     assert slip.solver.objective < stick.solver.objective - 0.05
+
+
+@pytest.mark.slow
+def test_a_soft_landing_loses_no_energy_and_keeps_the_clearance_until_shortly_before():
+    """Speed, acceleration and force of the foot vanish at touchdown, so its height falls with the third power of time."""
+    gait = solve_planar(hop("foot stick > flight >", clearance=0.01, intervals=(6, 16), margins=Margins(slip_speed=0)))
+    assert gait.status.ok, gait.status
+    assert gait.energy.impact_loss == 0
+    assert abs(gait.energy.actuator) < 1e-6 * gait.solver.objective
+    stance, flight = gait.motion.segments
+    foot = gait.robot.points.index("foot")
+    rows = gait.robot.rows(flight.q[:, -1], flight.v[:, -1], gait.robot.vector(gait.motion.parameters))[0]
+    assert float(rows[0, :] @ flight.v[:, -1]) == pytest.approx(0, abs=1e-9)
+    part = (flight.time - flight.time[0]) / np.ptp(flight.time)
+    least = 0.01 * np.minimum(1, 4 * np.minimum(part, 1 - part)) ** 3
+    assert (flight.points[1, foot] >= least - 1e-5).all()
+    weight = gait.motion.total_mass * gait.motion.parameters["gravity"]
+    assert 0 <= stance.force[0, 1, 0] < Margins().normal_force * weight < stance.force[0, 1, 1:-1].min()
+    assert gait.solver.objective > solve_planar(hop(clearance=0.01, intervals=(6, 16))).solver.objective
 
 
 def test_a_compass_in_single_support():
@@ -57,9 +81,18 @@ def test_a_compass_that_drags_its_trailing_foot_in_double_support():
 
 
 def test_the_five_link_walker():
+    """A plain script of the same NLP, with equations from the energies, has the same optimum (next test)."""
     gait = solve_planar(stride())
     assert gait.status.ok
-    assert gait.solver.objective == pytest.approx(76.662, abs=1e-3)
+    assert gait.solver.objective == pytest.approx(FIVE_LINKS, rel=1e-8)
+    assert math.trunc(1e3 * FIVE_LINKS) / 1e3 == 76.662  # the published number
+
+
+@pytest.mark.slow
+def test_a_plain_script_has_the_optimum_of_the_five_link_walker():
+    script = Gait(12, 4, friction=0.6, speed=0.7, step=0.4, slips=False)
+    objective, _ = script.solve(*find_poses(setting_of(stride())), np.array([0.4 / 0.7]))
+    assert objective == pytest.approx(FIVE_LINKS, rel=1e-8)
 
 
 def test_the_least_torque_of_a_kneed_walker_downhill_is_zero_in_its_passive_gait():

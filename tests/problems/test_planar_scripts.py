@@ -116,6 +116,17 @@ def test_the_solve_of_the_quadruped_does_not_depend_on_rounding_errors():
     assert [gait.solver.objective for gait in gaits] == pytest.approx([2.911515] * 3, abs=1e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "settings", [["sequence=stick | stick"], ["sequence=slip+ stick | slip+", "friction=0.14", "speed=0.633"]]
+)
+def test_the_compass_walks_in_single_support_as_its_script_states(settings):
+    """Without margins the impulse is on its cone and a slip ends at once, so that no replay is the plan."""
+    gait = verify_planar(solve_planar(call_script(ROOT / "problems" / "compass_double_support.py", settings)))
+    assert gait.status.ok
+    assert gait.verification.passed, gait.verification.reasons
+
+
 def test_the_knee_of_the_kneed_walker_strikes_before_its_foot_lands():
     gait = gait_of("kneed_walker_motors")
     assert gait.motion.events[0].names == ("knee B closes",)

@@ -7,19 +7,23 @@ from gaitopt import Collocation, InputError, Parameter
 from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, check_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.ocp import PlanarProblem, solve_planar
-from gaitopt.simulation import simulate_planar
+from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.stability import PlanarWalkProblem
 
 MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
 
 
-def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True):
-    """Return a biped whose feet, if armed, land in front only; a stop limits the coordinate that is named."""
+def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True, place=lambda hip, foot: foot):
+    """Return a biped whose feet, if armed, land in front only; a stop limits the coordinate that is named.
+
+    The positions of the contacts are those of the feet, or what `place` returns for hip and foot.
+    """
     c = PlanarCoordinates(("x", "y", "a", "b"), [Parameter("gravity", 9.81, "m/s^2", "gravity", lower=0)])
     hip, bodies, contacts = ca.vertcat(c.coordinate("x"), c.coordinate("y")), [], {}
     for leg, other in ("ab", "ba"):
         foot = hip + ca.vertcat(ca.sin(c.coordinate(leg)), -ca.cos(c.coordinate(leg)))
-        contacts[f"foot {leg}"] = PointContact(foot, armed=c.coordinate(leg) - c.coordinate(other) if armed else None)
+        ahead = c.coordinate(leg) - c.coordinate(other) if armed else None
+        contacts[f"foot {leg}"] = PointContact(place(hip, foot), armed=ahead)
         bodies += [PointMass(leg_mass, (hip + foot) / 2)] if leg_mass else []
     if stop is not None:
         contacts["stop"] = JointStop(1 - c.coordinate(stop))
@@ -30,8 +34,8 @@ def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True):
 
 def solve(robot):
     walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4, "objective": "torque_squared"}
-    sequence = "foot a stick > flight |" if robot.mirror.contacts[0] == 0 else "foot a stick |"
-    return solve_planar(PlanarProblem(robot=robot, sequence=sequence, transcription=Collocation(intervals=4), **walk))
+    method = Collocation(intervals=4)
+    return solve_planar(PlanarProblem(robot=robot, sequence="foot a stick |", transcription=method, **walk))
 
 
 def search(robot):
@@ -51,8 +55,16 @@ def test_the_right_robot_passes():
         (make_biped({"a": "b", "hip": "-hip"}), "the mirror changes .* It does not fit 'foot a', 'foot b'"),
         (make_biped({**MIRROR, "hip": "hip"}), "the mirror changes mass matrix, forces, gaps or actuation"),
         (make_biped(leg_mass=0), "the mass matrix is singular; every coordinate needs a mass or an inertia"),
+        (
+            make_biped(place=lambda hip, foot: foot - hip),
+            "contact 'foot a' does not move with the bodies: .* moved forward .* slide coordinate changes by 0 m",
+        ),
+        (
+            make_biped(place=lambda hip, foot: ca.vertcat(foot[0], -foot[1])),
+            "contact 'foot b' does not move with the bodies: .* lifted .* gap changes by -1 m",
+        ),
     ],
-    ids=["contact missing from the mirror", "sign missing from the mirror", "massless legs"],
+    ids=["contact missing from the mirror", "sign missing from the mirror", "massless legs", "relative", "reversed"],
 )
 def test_a_wrong_robot_is_refused(use, robot, message):
     with pytest.raises(InputError, match=message):
@@ -71,7 +83,20 @@ def test_a_stop_that_depends_on_no_coordinate_is_refused():
         assemble_planar("ball", c, bodies=[body], contacts={"stop": JointStop(ca.SX(1.0))})
 
 
-def test_feet_that_start_below_the_ground_are_refused():
-    robot, feet_below = make_biped(armed=False), [0, 0.9, 0.1, -0.1]
-    with pytest.raises(InputError, match="Contact 'foot a' starts below the ground: its gap must be at least 0, got"):
-        simulate_planar(robot, feet_below, [0, 0, 0, 0], {})
+@pytest.mark.parametrize(
+    ("armed", "message"),
+    [
+        (False, "Contact 'foot a' starts below the ground: its gap must be at least 0, got"),
+        (True, r"All feet start below the ground: .* got 'foot a': -0\.095, 'foot b': -0\.0801\."),
+    ],
+)
+def test_feet_that_start_below_the_ground_are_refused(armed, message):
+    with pytest.raises(InputError, match=message):
+        simulate_planar(make_biped(armed=armed), [0, 0.9, 0.1, -0.2], [0, 0, 0, 0], {})
+
+
+def test_a_foot_may_swing_below_the_ground():
+    """Straight legs that pass each other: the swing foot is 3 cm below the ground."""
+    robot = make_biped()
+    q, v = place_planar(robot, {"x": 0, "a": 0.2, "b": 0}, {"a": -1, "b": 1}, {}, on=["foot a"])
+    assert simulate_planar(robot, q, v, {"friction": 2.0}, duration=0.05).stop.key == "duration_done"

@@ -1,4 +1,4 @@
-"""Checks of a planar robot in random states: mass, energy, contact derivatives, travel and leg exchange."""
+"""Checks of a planar robot in random states: mass, energy, contacts, travel and leg exchange."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.model.planar.contact_translation import describe_detached_contacts
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.parameters import Parameter
@@ -122,8 +123,10 @@ def check_planar(
             )
         )
     worst = np.max(np.array(rows), axis=0).tolist()
-    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot), *_arming_faults(robot, p))
     least, energy, contacts, travel, mirror = worst
+    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot), *_arming_faults(robot, p))
+    if -least > 1e-14:
+        faults += describe_detached_contacts(robot, q, p)
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, SequenceError
+from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.phase_sequence import PhaseSequence
@@ -113,7 +114,7 @@ class PlanarProblem:
         if self.equations not in EQUATIONS:
             raise InputError(f"equations must be one of {EQUATIONS}, got {self.equations!r}.")
         set_ = object.__setattr__
-        set_(self, "sequence", PhaseSequence.parse(self.sequence, self.robot))
+        set_(self, "sequence", self._read_sequence())
         set_(self, "objective", objective_named(self.objective))
         self._check_free()
         values = self.robot.resolve({**self.parameters, "slope": self.slope, "friction": self.friction})
@@ -124,6 +125,14 @@ class PlanarProblem:
         self._check_robot()
         self._check_sequence()
         self._check_targets()
+
+    def _read_sequence(self) -> PhaseSequence:
+        """Return the sequence; if it is not possible with the robot, a faulty robot is reported first."""
+        try:
+            return PhaseSequence.parse(self.sequence, self.robot)
+        except SequenceError:
+            require_planar(self.robot, self.parameters)
+            raise
 
     def _check_free(self) -> None:
         """Check the bounds of the free parameters; bounds of speed and step length become values of their fields."""

@@ -213,11 +213,18 @@ def _follow(
 
 
 def _check_gaps(robot: PlanarRobot, gaps: Array) -> None:
-    """Raise InputError if a contact starts below the ground or beyond its limit; one that has to be armed may."""
+    """Raise InputError if a contact starts below the ground or beyond its limit.
+
+    A foot that has to be armed may swing below the ground, but not all feet at a time.
+    """
     for contact, gap in zip(robot.contacts, gaps.tolist(), strict=True):
         if gap < -ZERO and not contact.conditional:
             place = "below the ground" if contact.kind != "stop" else "beyond its limit"
             raise InputError(f"Contact {contact.name!r} starts {place}: its gap must be at least 0, got {gap:.3g}.")
+    feet = {c.name: gap for c, gap in zip(robot.contacts, gaps.tolist(), strict=True) if not c.is_stop and not c.falls}
+    if feet and max(feet.values()) < -ZERO:
+        listed = ", ".join(f"{name!r}: {gap:.3g}" for name, gap in feet.items())
+        raise InputError(f"All feet start below the ground: at least one gap must be at least 0, got {listed}.")
 
 
 def _is_kept(robot: PlanarRobot, stop: int, closed: list[int]) -> bool:
