@@ -271,7 +271,7 @@ def run_file(label, folder):
 
 
 def run(labels):
-    """Run all commands on the files, print the faults, and return whether there is none."""
+    """Run all commands on the files, print the faults, and return whether none occurred."""
     total, pages = 0, {}
     with tempfile.TemporaryDirectory() as top:
         for number, label in enumerate(labels):

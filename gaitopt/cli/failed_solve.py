@@ -42,7 +42,7 @@ def read_failed_problem(path: Path, settings: Sequence[str] | None) -> "tuple[Ga
     Raises
     ------
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
     InputError
         If settings are given, or the file does not contain the problem.
     """

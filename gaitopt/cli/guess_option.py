@@ -35,7 +35,7 @@ def start_from_file(
     InputError
         If the file does not fit the robot, or an option does not apply.
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
     """
     recorded = file is not None and not is_gait_file(file)
     if (columns or angle_unit) and not recorded:

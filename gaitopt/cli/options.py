@@ -161,6 +161,7 @@ Sequences = Annotated[
     list[str] | None,
     typer.Option(
         "--sequences",
+        "--words",
         metavar="SEQUENCE,...",
         help="Contact sequences to compare; any for all sequences of at most two phases, any:3 of at most three.",
         show_default="the sequence of the script",

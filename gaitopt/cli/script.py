@@ -306,7 +306,7 @@ def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     Raises
     ------
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
     InputError
         If the script states no gait problem, or its robot has other physics than the robot of the gait.
     """

@@ -163,7 +163,7 @@ def _save_and_report(
     *,
     json: bool,
 ) -> bool:
-    """Write and print a gait, or print why there is none and write its failure; return whether that was interrupted."""
+    """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted."""
     from gaitopt.cli.failed_solve import report_failure, write_failure
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise

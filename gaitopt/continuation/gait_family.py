@@ -184,7 +184,7 @@ class GaitFamily:
         return np.array([values[name] for name in self.names])
 
     def cycle(self, z: Array, value: float) -> Cycle | None:
-        """Return the periodic gait at a point with all its derived quantities, or None if there is none."""
+        """Return the periodic gait at a point with all its derived quantities, or None if none exists."""
         return find_cycle(self._walker(value)[0], z, self.steps)
 
     @cached_property

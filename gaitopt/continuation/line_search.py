@@ -70,7 +70,7 @@ class LineSearch:
     options: TraceOptions
 
     def locate(self, last: PlanePoint, place: Array, normal: Array, step: float) -> PlanePoint | str:
-        """Return the special point of the same kind as another one on the line through a place, or why there is none.
+        """Return the special point of the same kind as another one on the line through a place, or why none exists.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class LineSearch:
     def _search(
         self, family: AnyFamily, last: PlanePoint, reach: float, length: float
     ) -> tuple[float, SpecialPoint, Array] | str:
-        """Return the place of the special point on a line, the point, and a gait before it; or why there is none."""
+        """Return the place of the special point on a line, the point, and a gait before it; or why none exists."""
         located = self.first_special(family, last.near, (-reach, length))
         if located is None:
             return NOT_FOUND

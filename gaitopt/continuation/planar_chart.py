@@ -122,7 +122,7 @@ class ChartAt:
         return np.vstack([gaps[list(rows.gaps)], normal[list(rows.normal)], tangential[list(chart.sliding)], *travel])
 
     def embed(self, z: Array) -> Array | None:
-        """Return the state (q, v) of coordinates, shape (2 n_q,), or None if there is none near the reference."""
+        """Return the state (q, v) of coordinates, shape (2 n_q,), or None if none exists near the reference."""
         y = self.chart.reference.copy()
         for _ in range(CORRECTIONS):
             residual = self._residual(y, z)

@@ -187,7 +187,7 @@ class PlanarFamily:
         return self.chart.at(p).read(np.array([*cycle.state.values()]))
 
     def cycle(self, z: Array, value: float) -> PlanarCycle | None:
-        """Return the periodic gait of one period near a point, or None if there is none."""
+        """Return the periodic gait of one period near a point, or None if none exists."""
         automaton, chart = self._at(value)
         y, n = chart.embed(z), self.robot.n_q
         if y is None or self.steps > 1:

@@ -32,7 +32,7 @@ def switch_branch(
     reduction: float = 1.0,
     checkpoint: Checkpoint | None = None,
 ) -> tuple[Stepper, CurvePoint] | None:
-    """Return a stepper and the first point of the branch that leaves a special point, or None if there is none.
+    """Return a stepper and the first point of the branch that leaves a special point, or None if none exists.
 
     Parameters
     ----------

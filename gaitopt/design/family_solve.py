@@ -170,7 +170,7 @@ def _interrupt(_: object) -> None:
 
 
 def _solve_first(problem: GaitProblem, design: Mapping[str, float], observer: SolveObserver) -> Gait:
-    """Return the gait with the parameters at their start; if there is none, with its own optimal parameters."""
+    """Return the gait with the parameters at their start; if none exists, with its own optimal parameters."""
     gait = solve(problem.fix_parameters(design), observer=observer)
     return gait if gait.status.ok or gait.status is Status.INTERRUPTED else solve(problem, observer=observer)
 

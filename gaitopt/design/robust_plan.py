@@ -189,7 +189,7 @@ def _default_limit(problem: GaitProblem) -> dict[str, float]:
 
 
 def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -> Gait:
-    """Return the verified gait for the lowest friction of some scenarios; InputError if there is none.
+    """Return the verified gait for the lowest friction of some scenarios; InputError if none exists.
 
     An interrupt of a solve is raised again.
     """
@@ -213,7 +213,7 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
 def _tune(
     gait: Gait, selected: list[Scenario], law: LawChoice, limit: TorqueLimit, search: GainSearchOptions
 ) -> tuple[Tuning | None, Law]:
-    """Return the tuned gains, if any, and the law for the worst of some scenarios; InputError if there is none.
+    """Return the tuned gains, if any, and the law for the worst of some scenarios; InputError if none exists.
 
     An interrupt of the tuning, which keeps the best gains, is raised again: the design has no use for them.
     """

@@ -179,7 +179,7 @@ class Robot(LazyRecord):
         ----------
         record : RobotRecord
         contact_model : ContactModel, optional
-            Instead of the one described in the record, of which custom classes cannot be restored.
+            Instead of the one described in the record, from which custom classes are not restored.
 
         Raises
         ------

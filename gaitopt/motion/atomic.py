@@ -183,7 +183,7 @@ def check_gait_suffix(path: Path) -> None:
 
 
 def _is_replaceable(script: Path, heading: str | None) -> bool:
-    """Return whether a Python file may be written: there is none, or its text begins with a heading."""
+    """Return whether a Python file may be written: none exists, or its text begins with a heading."""
     if heading is None:
         return False
     return not script.exists() or (script.is_file() and script.read_bytes().startswith(heading.encode()))

@@ -40,7 +40,7 @@ def read_columns(path: Path) -> ColumnTable:
     InputError
         If the suffix is another one, or the file contains no table of numbers.
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
     """
     suffix = path.suffix.lower()
     if suffix not in _READERS:

@@ -53,7 +53,7 @@ def check_structure(group: h5py.Group, *, omit: Container[str] = ()) -> None:
 
 
 def find_group(group: h5py.Group, place: str) -> h5py.Group | None:
-    """Return a group in a group, reached without links to another place or file; None if there is none.
+    """Return a group in a group, reached without links to another place or file; None if none exists.
 
     Examples
     --------

@@ -25,7 +25,7 @@ def write_json(facts: Mapping[str, Any], path: Path, kind: tuple[str, int]) -> P
     Raises
     ------
     ArchiveError
-        If the file cannot be written; an older file of that name is then unchanged.
+        If writing the file fails; an older file of that name is then unchanged.
     """
     head = {"format": kind[0], "format_version": kind[1], "gaitopt": __version__}
     text = json.dumps(plain({**head, **facts}), indent=1, allow_nan=False)

@@ -142,7 +142,7 @@ def read_motion(
     InputError
         If a column, its unit or the time is missing or invalid; the message names the nearest column.
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
 
     Examples
     --------

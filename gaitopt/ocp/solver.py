@@ -150,7 +150,7 @@ def _solve_problem(
     homotopy: "Homotopy | None",
     observer: SolveObserver,
 ) -> Gait:
-    """Find the gait of a robot with one foot on the ground, or conclude why there is none."""
+    """Find the gait of a robot with one foot on the ground, or conclude why none exists."""
     check_count("starts", 1 if starts is None else starts, 1, 1000)
     solver = _check_solver(Newton() if solver is None else solver)
     if isinstance(solver, Newton | Ipopt):
@@ -215,7 +215,7 @@ def _solve_first(
 
 
 def _solve_by_homotopy(problem: GaitProblem, failure: Gait, solver: NlpSolver, observer: SolveObserver) -> Gait | None:
-    """Return a gait with the bound on the spectral radius, approached from the initial gait; None if there is none.
+    """Return a gait with the bound on the spectral radius, approached from the initial gait; None if none exists.
 
     After an interrupt, the failed gait is returned with the status of an interrupt.
     """

@@ -154,7 +154,7 @@ def find_largest_recovery(
     observer: WalkObserver | None = None,
     interrupt: InterruptRecord | None = None,
 ) -> Recovery:
-    """Return the recovery from the largest ball from which all starts return; radius 0 if there is none.
+    """Return the recovery from the largest ball from which all starts return; radius 0 if none exists.
 
     The radius is located by bisection; larger balls from which all starts return again are not searched.
 

@@ -38,7 +38,7 @@ class TunedGains:
     radius_before : float
         Spectral radius in open loop; inf without a periodic gait near the plan.
     multipliers : tuple of complex
-        Those of the tuned gait; empty if there is none.
+        Those of the tuned gait; empty if none exists.
     trials : tuple of Trial
         Evaluations of the search in order.
 
@@ -118,7 +118,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     InputError
         If the suffix is not ``.json``.
     ArchiveError
-        If the file cannot be written; an older file of that name is then unchanged.
+        If writing the file fails; an older file of that name is then unchanged.
 
     Examples
     --------

@@ -25,7 +25,7 @@ def run_commands(count, folder, first):
 
 
 def report(calls):
-    """Print every raw error and hang, and return whether there is none."""
+    """Print every raw error and hang, and return whether none occurred."""
     outcomes, slow = Counter(), Counter()
     for call, outcome, seconds in calls:
         faulthandler.dump_traceback_later(200, exit=True)  # a call that no signal reaches

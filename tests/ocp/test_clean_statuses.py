@@ -1,4 +1,4 @@
-"""Difficult problems end soon with a gait that replays, or with the reason why there is none."""
+"""Difficult problems end soon with a gait that replays, or with the reason why none exists."""
 
 import itertools
 import math

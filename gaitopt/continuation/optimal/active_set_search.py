@@ -57,7 +57,7 @@ def find_optimum(
 def find_optimum_beyond(
     optimum: KktLinearisation, direction: float, limit: float, distances: Sequence[float] = DISTANCES
 ) -> KktLinearisation | None:
-    """Return the optimum a short distance beyond a change of the active set, found by a solve; None if there is none.
+    """Return the optimum a short distance beyond a change of the active set, found by a solve; None if none exists.
 
     If the gradients of the active constraints are dependent, as over an interval without torque, several constraints
     change together.  Their multipliers are not unique and do not determine which constraints change.

@@ -20,7 +20,7 @@ def has_flat_cost(optimum: KktLinearisation) -> bool:
 
 
 def locate_cost_extremum(one: KktLinearisation, other: KktLinearisation) -> KktLinearisation | None:
-    """Return the optimum between two points at which the derivative of the cost is zero; None if there is none.
+    """Return the optimum between two points at which the derivative of the cost is zero; None if none exists.
 
     Parameters
     ----------

@@ -314,7 +314,7 @@ class PathFollower:
     def _restart(
         self, point: PathPoint, optimum: KktLinearisation, distances: Sequence[float] = DISTANCES
     ) -> PathPoint | None:
-        """Return a point beyond an optimum, up to the next sample or the end of the range; None if there is none."""
+        """Return a point beyond an optimum, up to the next sample or the end of the range; None if none exists."""
         direction = math.copysign(1.0, point.tangent[1])
         ahead = self.samples[(self.samples - optimum.point.value) * direction > 1e-12 * self.nlp.width]
         limit = float((ahead if ahead.size else self.samples[::-1])[0 if direction > 0 else -1])

@@ -196,7 +196,7 @@ class _Start:
         return transcription
 
     def resume(self, problem: PlanarProblem, nearby: PlanarWarmStart) -> GridResult | None:
-        """Return the final solution that starts from all unknowns and multipliers of a gait; None if there is none."""
+        """Return the final solution that starts from all unknowns and multipliers of a gait; None if none exists."""
         methods = list(list_refinements(problem))[nearby.number :]
         grid = problem.replace(transcription=methods[0])
         point = nearby.fill(self.transcribe(grid))

@@ -94,7 +94,7 @@ class ElasticLimits:
         return result.status.ok and self.excess(result, without=[number]) <= FEASIBLE
 
     def find_conflicts(self, result: ElasticResult) -> tuple[Conflict, ...] | ElasticResult:
-        """Return the conflicting limits: each one whose relaxation alone suffices or, if there is none, a smallest set.
+        """Return the conflicting limits: each one whose relaxation alone suffices or, if none exists, a smallest set.
 
         A limit that suffices alone belongs to every set of conflicting limits.  Conditions of the contact sequence,
         for which no value suffices, are listed only if no limit suffices.  If nothing suffices alone, there are

@@ -31,7 +31,7 @@ class GridCost:
 
 
 def estimate_factor(grids: Iterable[GridCost], last: GridCost) -> float:
-    """Return the error of the objective per variation, the largest found from pairs of grids; nan if there is none.
+    """Return the error of the objective per variation, the largest found from pairs of grids; nan if none exists.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def lack_of_height(transcription: Transcription, problem: GaitProblem, x: Array)
 
 @defer_interrupt()
 def early_touchdown(transcription: Transcription, problem: GaitProblem, x: Array) -> EarlyTouchdown | None:
-    """Return the first touchdown before the end of a plan, located as in the simulator; None if there is none.
+    """Return the first touchdown before the end of a plan, located as in the simulator; None if none exists.
 
     At the end of the plan the guard falls to zero, so it must be above zero somewhere in the last interval.
     """

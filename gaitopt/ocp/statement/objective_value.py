@@ -52,7 +52,7 @@ def is_finite(segments: list[Segment]) -> bool:
 
 
 def first_step(motion: Motion) -> tuple[list[Segment], Jump]:
-    """Return the segments of the first step of a motion and its touchdown; InputError if there is none."""
+    """Return the segments of the first step of a motion and its touchdown; InputError if none exists."""
     segments = [segment for segment in motion.segments if segment.step == motion.segments[0].step]
     jumps = [jump for jump in motion.jumps if segments and jump.step == segments[0].step]
     if not jumps:

@@ -114,7 +114,7 @@ def propose_schedule(phases: tuple[Phase, ...], guard: Array, armed: Array) -> G
 
 
 def shift_arming(phases: tuple[Phase, ...], schedule: GuardSchedule | None, side: int) -> GuardSchedule | None:
-    """Return the schedule armed a node earlier or later, but before the lowest guard; None if there is none."""
+    """Return the schedule armed a node earlier or later, but before the lowest guard; None if none exists."""
     if schedule is None:
         return None
     unarmed = _node(phases, schedule.unarmed) + side

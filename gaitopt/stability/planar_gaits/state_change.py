@@ -25,7 +25,7 @@ def check_state_changes(robot: PlanarRobot, changes: Mapping[str, float]) -> Non
 
 
 def change_state(section: PlanarSection, y: Array, changes: Mapping[str, float]) -> Array | None:
-    """Return the state on the section with some coordinates and rates changed, or None if there is none nearby.
+    """Return the state on the section with some coordinates and rates changed, or None if none exists nearby.
 
     The others change as little as possible from their values in `y`, such that the contacts of the section stay closed:
     coordinates for the gaps, and rates for the speeds of the contacts.

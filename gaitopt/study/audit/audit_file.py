@@ -30,7 +30,7 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
     InputError
         If the file contains the results of another audit.
     ArchiveError
-        If the file cannot be read.
+        If the file is unreadable.
 
     Examples
     --------

@@ -239,7 +239,7 @@ class _EdgeSearch:
             self._direction = direction
 
     def locate(self, direction: Array, guess: float) -> float:
-        """Return the smallest fatal size along a unit direction, sought first close to a guess; inf if there is none.
+        """Return the smallest fatal size along a unit direction, sought first close to a guess; inf if none exists.
 
         Parameters
         ----------

@@ -67,7 +67,7 @@ def save_robustness(record: RobustnessRecord, path: str | Path) -> Path:
     InputError
         If the suffix is not ``.json``.
     ArchiveError
-        If the file cannot be written; an older file of that name is then unchanged.
+        If writing the file fails; an older file of that name is then unchanged.
 
     Examples
     --------

@@ -256,7 +256,7 @@ def _resume_file(path: Path, key: dict[str, Any], find: Any) -> "xr.Dataset":
 
 
 def _read_complete(path: Path, key: dict[str, Any]) -> "xr.Dataset | None":
-    """Return the front in a file; None if there is none or it is not complete."""
+    """Return the front in a file; None if none exists or it is not complete."""
     if not path.exists():
         return None
     table = load_front(path)
