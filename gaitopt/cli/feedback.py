@@ -17,6 +17,7 @@ from gaitopt.cli.feedback_output import (
 )
 from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
 from gaitopt.cli.options import (
+    Evaluations,
     Frictions,
     GainsOutput,
     GainValues,
@@ -64,14 +65,7 @@ def tune(
     friction: Frictions = None,
     starts: PushStarts = 200,
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
-    evaluations: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="Maximum number of evaluations of each of two simplex searches that follow: with the start of the "
-            "law, at most 1 + samples + 2 evaluations in total.",
-        ),
-    ] = 60,
+    evaluations: Evaluations = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
     output: GainsOutput = None,
     json: Json = False,

@@ -157,6 +157,14 @@ BasinAxes = Annotated[
     ),
 ]
 
+Evaluations = Annotated[
+    int,
+    typer.Option(
+        min=1,
+        help="Maximum number of evaluations of each of two simplex searches that follow the samples; with the initial "
+        "gains of the law, at most 1 + SAMPLES + 2 EVALUATIONS evaluations in total.",
+    ),
+]
 Sequences = Annotated[
     list[str] | None,
     typer.Option(

@@ -49,6 +49,7 @@ def check_output(command: str, parameters: Mapping[str, Any]) -> None:
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> check_output("run", {"output": Path("study")})
     Traceback (most recent call last):
     ...

@@ -45,7 +45,7 @@ def test_a_hop_that_lands_in_a_slip_costs_less_than_one_that_sticks():
 
 @pytest.mark.slow
 def test_a_soft_landing_loses_no_energy_and_keeps_the_clearance_until_shortly_before():
-    """Speed, acceleration and force of the foot vanish at touchdown, so its height falls with the third power of time."""
+    """Speed, acceleration and force of the foot vanish at touchdown: its height falls with the third power of time."""
     gait = solve_planar(hop("foot stick > flight >", clearance=0.01, intervals=(6, 16), margins=Margins(slip_speed=0)))
     assert gait.status.ok, gait.status
     assert gait.energy.impact_loss == 0

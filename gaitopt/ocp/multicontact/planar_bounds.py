@@ -100,8 +100,8 @@ def _bound_slip(transcription: PlanarTranscription, phase: GridPhase, margin: fl
 def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance: float, lower: Array) -> None:
     """Bound the gaps of open contacts; the bound decreases to zero towards lift-off and touchdown.
 
-    A gap increases with the third power of time after a lift-off without impact, and decreases linearly to an impact and
-    with the third power to a soft touchdown, at which speed, acceleration and force vanish as at a lift-off.
+    A gap increases with the third power of time after a lift-off without impact, and decreases linearly to an impact
+    and with the third power to a soft touchdown, at which speed, acceleration and force vanish as at a lift-off.
     A contact that closes only under a condition is bounded in the first interval after its lift-off.
     """
     layout, robot = transcription.constraints, transcription.builder.robot
