@@ -25,7 +25,7 @@ POINTS = np.array([0.0, 0.25, 0.5, 0.75])
 """Fractions of the interval between two samples at which gaps and arming are evaluated."""
 
 
-class FreePart(NamedTuple):
+class SampledPart(NamedTuple):
     """Samples of a smooth part of a motion.
 
     Attributes
@@ -120,12 +120,12 @@ def find_penetrations(robot: "PlanarRobot", motion: PlanarMotion) -> list[Penetr
         names = motion.events[number].names if number < len(motion.events) else ()
         closing = frozenset(i for i, name in enumerate(robot.contact_names) if f"{name} closes" in names)
         modes = tuple(mode for _, mode in segment.state.modes)
-        parts.append(FreePart(modes, segment.time, segment.q, segment.v, closing))
+        parts.append(SampledPart(modes, segment.time, segment.q, segment.v, closing))
     return find_penetrations_of_parts(robot, motion.parameters, parts, motion.terrain)
 
 
 def find_penetrations_of_parts(
-    robot: "PlanarRobot", values: Mapping[str, float], parts: Sequence[FreePart], terrain: Terrain | None = None
+    robot: "PlanarRobot", values: Mapping[str, float], parts: Sequence[SampledPart], terrain: Terrain | None = None
 ) -> list[Penetration]:
     """Return the contacts that are below the ground while armed, from the successive parts of a motion.
 
@@ -136,7 +136,7 @@ def find_penetrations_of_parts(
     robot : PlanarRobot
     values : mapping of str to float
         Every parameter by name.
-    parts : sequence of FreePart
+    parts : sequence of SampledPart
     terrain : Terrain, optional
         By default a plane.
 
@@ -171,7 +171,7 @@ def find_penetrations_of_parts(
     return penetrations
 
 
-def _list_swings(parts: Sequence[FreePart], contact: int) -> Iterator[tuple[list[int], bool]]:
+def _list_swings(parts: Sequence[SampledPart], contact: int) -> Iterator[tuple[list[int], bool]]:
     """Return the numbers of the parts of each swing of a contact, and whether it ends with the touchdown."""
     numbers: list[int] = []
     for number, part in enumerate(parts):
@@ -184,7 +184,7 @@ def _list_swings(parts: Sequence[FreePart], contact: int) -> Iterator[tuple[list
 
 
 def _sample(
-    robot: "PlanarRobot", values: Mapping[str, float], part: FreePart, terrain: Terrain | None
+    robot: "PlanarRobot", values: Mapping[str, float], part: SampledPart, terrain: Terrain | None
 ) -> tuple[Array, Array, Array]:
     """Return times, gaps and arming conditions of a part, at its samples and between them."""
     time, q, v = _interpolate(part)
@@ -197,7 +197,7 @@ def _sample(
     return time, gap, arming
 
 
-def _interpolate(part: FreePart) -> tuple[Array, Array, Array]:
+def _interpolate(part: SampledPart) -> tuple[Array, Array, Array]:
     """Return times, coordinates and rates at the samples of a part and between them, by cubic polynomials."""
     kept = np.append(True, np.diff(part.time) > 0)
     time, q, v = part.time[kept], part.q[:, kept], part.v[:, kept]

@@ -83,7 +83,7 @@ def _depths(gait: PlanarGait) -> Facts:
         return []
     conditional = {entry.name for entry in gait.motion.contact_entries if entry.conditional}
     try:
-        armed = {found.contact: found.depth for found in find_penetrations(gait.robot, gait.motion)}
+        armed = {each.contact: each.depth for each in find_penetrations(gait.robot, gait.motion)}
     except GaitoptError:  # the file contains no robot that can be restored
         armed, conditional = {}, set()
     facts = Facts()

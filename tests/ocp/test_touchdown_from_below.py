@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.ground_penetration import FreePart, Penetration, find_penetrations, find_penetrations_of_parts
+from gaitopt.motion.ground_penetration import Penetration, SampledPart, find_penetrations, find_penetrations_of_parts
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import solve_planar
 from gaitopt.ocp.multicontact.grid_result import GridResult
@@ -32,25 +32,25 @@ def part_of(gap, angle=0.2, *, time=(0.0, 1.0), closing=()):
     """Return a part in which the gap of heel b is a cubic polynomial of time; the heel is armed above 0.1 rad."""
     at, robot = np.linspace(*time, 7), heel_toe_walker(0.2)
     q, v = (np.array(rows).T for rows in zip(*(pose(gap(t), angle, gap.deriv()(t)) for t in at), strict=True))
-    return FreePart(FREE, at, q, v, frozenset(robot.contact_index(name) for name in closing))
+    return SampledPart(FREE, at, q, v, frozenset(robot.contact_index(name) for name in closing))
 
 
 def penetrations_of(*parts):
     robot = heel_toe_walker(0.2)
-    found = find_penetrations_of_parts(robot, robot.resolve({}), parts)
-    return [each for each in found if each.contact == HEEL]
+    penetrations = find_penetrations_of_parts(robot, robot.resolve({}), parts)
+    return [each for each in penetrations if each.contact == HEEL]
 
 
 def test_depth_and_rise_are_those_of_the_polynomial():
     """The gap 0.1 t (t - 0.5) (t - 1.3) - 0.001 has one minimum and is positive at first."""
     gap = -np.polynomial.Polynomial.fromroots([0.0, 0.5, 1.3]) * 0.1
     extrema = sorted(float(root) for root in gap.deriv().roots() if 0 < root < 1.3)
-    (found,) = penetrations_of(part_of(gap, time=(0.0, 1.3), closing=[HEEL]))
-    assert found.depth == pytest.approx(-gap(extrema[0]), rel=1e-2)
-    assert found.rise == pytest.approx(gap(extrema[1]), rel=1e-2)
-    assert found.deepest == pytest.approx(extrema[0], abs=0.06)
-    assert found.lands
-    assert found.is_touchdown_from_below is (found.rise <= found.depth)
+    (penetration,) = penetrations_of(part_of(gap, time=(0.0, 1.3), closing=[HEEL]))
+    assert penetration.depth == pytest.approx(-gap(extrema[0]), rel=1e-2)
+    assert penetration.rise == pytest.approx(gap(extrema[1]), rel=1e-2)
+    assert penetration.deepest == pytest.approx(extrema[0], abs=0.06)
+    assert penetration.lands
+    assert penetration.is_touchdown_from_below is (penetration.rise <= penetration.depth)
 
 
 @pytest.mark.parametrize("angle", [0.05, 0.15])
@@ -59,12 +59,20 @@ def test_only_an_armed_contact_counts(angle):
     assert len(penetrations_of(part_of(below, angle))) == (angle > 0.1)
 
 
-def test_a_swing_goes_on_over_events_of_other_contacts_and_ends_with_its_touchdown():
+def test_a_swing_continues_over_events_of_other_contacts_and_ends_with_its_touchdown():
     below, above = np.polynomial.Polynomial([-0.002]), np.polynomial.Polynomial([0.005])
-    (found,) = penetrations_of(part_of(below), part_of(above, time=(1.0, 2.0), closing=[HEEL]))
-    assert (found.rise, found.lands, found.is_touchdown_from_below) == (pytest.approx(0.005), True, False)
-    (found,) = penetrations_of(part_of(below, closing=[HEEL]), part_of(above, time=(1.0, 2.0)))
-    assert (found.rise, found.lands, found.is_touchdown_from_below) == (pytest.approx(-0.002), True, True)
+    (penetration,) = penetrations_of(part_of(below), part_of(above, time=(1.0, 2.0), closing=[HEEL]))
+    assert (penetration.rise, penetration.lands, penetration.is_touchdown_from_below) == (
+        pytest.approx(0.005),
+        True,
+        False,
+    )
+    (penetration,) = penetrations_of(part_of(below, closing=[HEEL]), part_of(above, time=(1.0, 2.0)))
+    assert (penetration.rise, penetration.lands, penetration.is_touchdown_from_below) == (
+        pytest.approx(-0.002),
+        True,
+        True,
+    )
 
 
 @pytest.mark.parametrize(
@@ -72,9 +80,9 @@ def test_a_swing_goes_on_over_events_of_other_contacts_and_ends_with_its_touchdo
     [(1e-7, True, True), (1e-3, True, True), (3e-3, True, False), (1e-7, False, False), (-1e-4, False, True)],
 )
 def test_a_touchdown_is_from_below_unless_the_contact_rises_more_than_it_was_deep(rise, lands, is_invalid):
-    found = Penetration(contact=HEEL, begin=0.3, deepest=0.4, depth=2e-3, rise=rise, lands=lands)
-    assert found.is_touchdown_from_below is is_invalid
-    (sentence,) = report_penetrations([found])
+    penetration = Penetration(contact=HEEL, begin=0.3, deepest=0.4, depth=2e-3, rise=rise, lands=lands)
+    assert penetration.is_touchdown_from_below is is_invalid
+    (sentence,) = report_penetrations([penetration])
     assert sentence.startswith(f"contact '{HEEL}' is below the ground while it is armed, from 0.3 s, by up to 2 mm")
     assert ("touchdown from below is invalid" in sentence) is is_invalid
 
@@ -128,9 +136,9 @@ def test_a_touchdown_from_below_does_not_pass_the_replay(from_below):
     (reason,) = gait.verification.reasons
     depth = -least_armed_gap(gait)
     assert depth == pytest.approx(1.9e-3, abs=1e-4)
-    (found,) = find_penetrations(gait.robot, replay_planar(gait).motion)
-    assert depth <= found.depth < 1.01 * depth  # it is evaluated between the samples, too
-    assert reason == found.describe_touchdown()
+    (penetration,) = find_penetrations(gait.robot, replay_planar(gait).motion)
+    assert depth <= penetration.depth < 1.01 * depth  # it is evaluated between the samples, too
+    assert reason == penetration.describe_touchdown()
     assert replay_planar_again(gait).reason
 
 

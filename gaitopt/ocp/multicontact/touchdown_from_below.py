@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.ground_penetration import FreePart, Penetration, find_penetrations_of_parts
+from gaitopt.motion.ground_penetration import Penetration, SampledPart, find_penetrations_of_parts
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.early_touchdown import row_of, share_of_clearance
 from gaitopt.ocp.multicontact.planar_plan import sample_phase
@@ -68,12 +68,12 @@ def find_rows_below(
     return rows
 
 
-def _sample_phases(transcription: PlanarTranscription, x: Array) -> list[FreePart]:
+def _sample_phases(transcription: PlanarTranscription, x: Array) -> list[SampledPart]:
     """Return the samples of all phases of a plan."""
-    parts, begin = list[FreePart](), 0.0
+    parts, begin = list[SampledPart](), 0.0
     for phase in transcription.phases:
         fractions, (q, v, _, _) = sample_phase(transcription, phase, x)
         time = begin + float(x[transcription.variables[Unknown.DURATION][0, phase.number]]) * fractions
-        parts.append(FreePart(tuple(phase.state), time, q, v, frozenset(phase.closing())))
+        parts.append(SampledPart(tuple(phase.state), time, q, v, frozenset(phase.closing())))
         begin = float(time[-1])
     return parts
