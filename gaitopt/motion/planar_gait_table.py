@@ -2,6 +2,7 @@
 
 import math
 
+from gaitopt.errors import GaitoptError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.gait_table import (
     Facts,
@@ -14,15 +15,13 @@ from gaitopt.motion.gait_table import (
     format_objective,
     round_margin,
 )
+from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.status import Status
 
 LEAST_IMPULSE = 1e-6
 """Impulse below which a contact is not listed [N s]."""
-
-LEAST_DEPTH = 1e-4
-"""Depth below the ground from which a swinging contact is listed [m]."""
 
 
 def tabulate_planar_gait(gait: PlanarGait) -> Facts:
@@ -73,14 +72,29 @@ def _numbers(gait: PlanarGait) -> Facts:
         facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
     facts += _impacts(gait)
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
-    # The contacts of an accurate plan are below the ground only while they are not armed.
-    unarmed = "" if gait.status is Status.PLAN_INACCURATE else ", while it is not armed"
-    facts += [
-        ("below ground", f"{name} by up to {1e3 * depth:.3g} mm in swing{unarmed}")
-        for name, depth in find_depths(gait).items()
-        if depth > LEAST_DEPTH
-    ]
+    facts += _depths(gait)
     return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait)), *describe_certificate(gait)]
+
+
+def _depths(gait: PlanarGait) -> Facts:
+    """Return the depths of the swinging contacts below the ground, and whether they are armed there."""
+    depths = {name: depth for name, depth in find_depths(gait).items() if depth > LEAST_DEPTH}
+    if not depths:
+        return []
+    conditional = {entry.name for entry in gait.motion.contact_entries if entry.conditional}
+    try:
+        armed = {each.contact: each.depth for each in find_penetrations(gait.robot, gait.motion)}
+    except GaitoptError:  # the file contains no robot that can be restored
+        armed, conditional = {}, set()
+    facts = Facts()
+    for name, depth in depths.items():
+        text = f"{name} by up to {1e3 * max(depth, armed.get(name, 0.0)):.3g} mm in swing"
+        if name in armed:
+            text += f", and by up to {1e3 * armed[name]:.3g} mm while it is armed"
+        elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
+            text += ", while it is not armed"
+        facts.append(("below ground", text))
+    return facts
 
 
 def _grid(gait: PlanarGait) -> Facts:

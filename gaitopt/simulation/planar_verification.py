@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.torque_interpolation import interpolate_torque
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import name_modes
 from gaitopt.motion.planar_gait import PlanarGait, PlanarVerification
@@ -202,6 +203,12 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
         error = worst(np.abs(plan.q - real.q), np.abs(plan.v_plus - rollout.end.v))
         period_error, residual = abs(plan.time - real.time), walked.ledger().relative_residual
         reasons += _compare_modes(plan, rollout.end)
+    if rollout.stop is Stop.EVENT_REACHED:
+        reasons += [
+            penetration.describe_touchdown()
+            for penetration in find_penetrations(gait.robot, walked)
+            if penetration.is_touchdown_from_below
+        ]
     checks = (
         ("state after the last event", error, tolerances.state, ""),
         ("period", period_error, tolerances.period, " s"),

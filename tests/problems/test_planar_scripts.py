@@ -63,6 +63,15 @@ def test_the_energy_of_a_period_is_in_balance(name):
     assert losses > 0
 
 
+def test_a_straight_leg_that_scuffs_the_ground_in_mid_swing_is_a_warning():
+    """The armed foot is 2.8 mm below the ground and then rises by 4.9 mm, so that its touchdown is from above."""
+    gait = gait_of("compass_with_torso")
+    (warning,) = gait.solver.warnings
+    assert warning.startswith("contact 'foot B' is below the ground while it is armed")
+    assert "its touchdown is valid" in warning
+    assert gait.verification.passed
+
+
 def test_only_gravity_turns_the_compass_with_torso_about_its_foot():
     """Without a torque at the foot, the angular momentum about it changes by the moment of the weight alone."""
     gait = gait_of("compass_with_torso")

@@ -58,7 +58,7 @@ def find_early_touchdowns(
             if i in below and gap[0] < -BELOW:
                 first = 0  # the first sample is the last one of the previous phase
             for k in range(first + 1, gap.size):
-                row = _row_of(transcription, phase, i, k)
+                row = row_of(transcription, phase, i, k)
                 least = clearance * share_of_clearance(transcription, row)
                 if gap[k] < least:
                     rows[row] = least
@@ -122,8 +122,15 @@ def share_of_clearance(transcription: PlanarTranscription, row: int) -> float:
     return min(1.0, 4 * (1 - part))
 
 
-def _row_of(transcription: PlanarTranscription, phase: GridPhase, contact: int, sample: int) -> int:
-    """Return the row of the gap of a contact at a sample of a phase."""
+def row_of(transcription: PlanarTranscription, phase: GridPhase, contact: int, sample: int) -> int:
+    """Return the row of the gap of a contact at a sample of a phase.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    phase : GridPhase
+    contact, sample : int
+    """
     layout, name = transcription.constraints, transcription.structure.robot.contact_names[contact]
     interval, inner = divmod(sample, transcription.structure.scheme.points - 1)
     table = (Group.INTERVAL, phase.number)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.locks import cached_property
+from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
 from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters
@@ -15,9 +16,11 @@ from gaitopt.ocp.multicontact.planar_remarks import (
     report_early_touchdowns,
     report_grazing_contacts,
     report_inaccuracy,
+    report_penetrations,
     report_shortest_phases,
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.multicontact.touchdown_from_below import find_planned_penetrations, find_rows_below
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.reductions import worst
@@ -68,6 +71,33 @@ class GridResult:
             return {}
         return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
 
+    @cached_property
+    def penetrations(self) -> tuple[Penetration, ...]:
+        """Contacts that are below the ground while armed; see `find_planned_penetrations`."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return ()
+        return tuple(find_planned_penetrations(self.transcription, self.values, self.outcome.x))
+
+    @property
+    def touchdowns_from_below(self) -> tuple[Penetration, ...]:
+        """Those of the penetrations after which the contact touches down from below."""
+        return tuple(penetration for penetration in self.penetrations if penetration.is_touchdown_from_below)
+
+    @property
+    def has_invalid_touchdown(self) -> bool:
+        """Whether a contact touches down too early or from below."""
+        return bool(self.early_touchdowns or self.touchdowns_from_below)
+
+    def list_raised_rows(self) -> dict[int, float]:
+        """Return the rows of gaps that are negative because of invalid touchdowns, early ones first, and their bounds.
+
+        Without its early touchdowns, a plan may have no touchdown from below.
+        """
+        if self.early_touchdowns or not self.touchdowns_from_below:
+            return self.early_touchdowns
+        transcription, x, clearance = self.transcription, self.outcome.x, self.problem.limits.clearance
+        return find_rows_below(transcription, self.values, x, self.touchdowns_from_below, clearance)
+
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
         outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
@@ -86,6 +116,7 @@ class GridResult:
         remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
         grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
         remarks += report_grazing_contacts(grazing if not remarks else ())
+        remarks += report_penetrations(self.penetrations)
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
             phase = find_worst_phase(self.transcription, self.errors)
             contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.motion.ground_penetration import LEAST_DEPTH, Penetration
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -128,6 +129,25 @@ def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[s
         "PlanarLimits.clearance."
         for contact, phase in grazing
     )
+
+
+def report_penetrations(penetrations: Sequence[Penetration]) -> tuple[str, ...]:
+    """Return a sentence for each contact that is below the ground while armed; small depths are left out.
+
+    Parameters
+    ----------
+    penetrations : sequence of Penetration
+    """
+    sentences = []
+    for penetration in penetrations:
+        if penetration.is_touchdown_from_below:
+            sentences.append(f"{penetration.describe_touchdown()}.")
+        elif penetration.depth > LEAST_DEPTH:
+            sentences.append(
+                f"{penetration.describe()}, and then rises to {1000 * penetration.rise:.2g} mm above it: its "
+                "touchdown is valid, but a larger threshold in `armed` of the contact would arm it above the ground."
+            )
+    return tuple(sentences)
 
 
 def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:

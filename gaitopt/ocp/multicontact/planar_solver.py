@@ -43,7 +43,7 @@ from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 MOST_REPAIRS = 3
-"""Largest number of further solves of a grid whose contacts close too early."""
+"""Largest number of further solves of a grid whose contacts close too early or from below."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
@@ -210,12 +210,13 @@ class _Start:
         self.raised.clear()  # they depend on a solution that is discarded
         return None
 
-    def exclude_early_touchdowns(self, result: GridResult) -> GridResult:
-        """Return a solution whose contacts do not close before their touchdown, or the last solution before."""
+    def exclude_invalid_touchdowns(self, result: GridResult) -> GridResult:
+        """Return a solution whose contacts do not close too early or from below, or the last solution before."""
         for _ in range(MOST_REPAIRS):
-            if not result.early_touchdowns or not result.outcome.status.ok:
+            rows = result.list_raised_rows()
+            if not rows or not result.outcome.status.ok:
                 break
-            self.raised.setdefault(result.transcription, {}).update(result.early_touchdowns)
+            self.raised.setdefault(result.transcription, {}).update(rows)
             repaired = self.solve(result.problem, result.outcome.x, is_near=True)
             if repaired.outcome.status is Status.INTERRUPTED:
                 return result.mark_interrupted(repaired.outcome.message)
@@ -251,9 +252,9 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
 
 
 def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
-    """Return the solution without early touchdowns that is accurate between its nodes, or one marked otherwise."""
-    result = _refine(start, start.exclude_early_touchdowns(result), methods)
-    return result.mark_inaccurate() if result.early_touchdowns else result
+    """Return the solution without invalid touchdowns that is accurate between its nodes, or one marked otherwise."""
+    result = _refine(start, start.exclude_invalid_touchdowns(result), methods)
+    return result.mark_inaccurate() if result.has_invalid_touchdown else result
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -289,7 +290,7 @@ def _refine(start: _Start, result: GridResult, methods: Sequence[Collocation]) -
             return result.mark_inaccurate()
         guess = FromPlanarGait(_report(result, start))
         finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
-        finer = start.exclude_early_touchdowns(finer)
+        finer = start.exclude_invalid_touchdowns(finer)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:

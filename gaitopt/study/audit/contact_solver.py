@@ -74,7 +74,8 @@ class ContactSolver:
         """Return accelerations and forces in a state."""
         q, v = state[: self.n], state[self.n :]
         mass, bias, actuation = self.dynamics(q, v)
-        return self.solve(contacts, (mass, *self.rows(q, v)), actuation @ torque - bias)
+        force = actuation.reshape(self.n, torque.size) @ torque  # with one actuator, the matrix is a vector
+        return self.solve(contacts, (mass, *self.rows(q, v)), force - bias)
 
     def collide(self, contacts: Contacts, state: Array) -> Solution:
         """Return the rates after an impact, and the impulses."""

@@ -15,9 +15,9 @@ from gaitopt.errors import GaitoptError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
-from gaitopt.study.audit.dense_call import DenseCall
 from gaitopt.study.audit.piecewise_integration import Crossing, SmoothPiece, TorqueTable, integrate_piece
 from gaitopt.study.audit.second_replay import INSTANT, NAMES, SecondReplay
+from gaitopt.study.audit.swing_watch import EXTREMA, SwingWatch
 
 AT_REST = 1e-9
 """Speeds below this are zero [m/s]."""
@@ -72,7 +72,7 @@ class _Period:
         friction = motion.parameters["friction"]
         static = friction * motion.parameters.get("static_friction_ratio", 1.0)
         self.solver = ContactSolver(robot, robot.vector(motion.parameters), (static, friction))
-        self._arming = DenseCall(robot.arming, self.solver.p)
+        self._swings = SwingWatch(self.solver)
         self._n, self._tables = robot.n_q, _tables(gait)
         self._table, self._begin = self._tables.pop(0), 0.0
 
@@ -93,8 +93,12 @@ class _Period:
             landed = end.name.startswith("gap")
             if landed and self.gait.robot.contacts[int(end.name.split()[1])].falls:
                 return _report_stop(parts, "the robot falls", now)
-            parts.append("|" if landed else ">")
             last = place + 1 == len(motion.events)
+            self._swings.record(contacts.closed, state)
+            below = self._swings.find_touchdown_from_below(int(end.name.split()[1]) if landed else None, last=last)
+            if below is not None:
+                return _report_stop(parts, f"{self.gait.robot.contact_names[below]} touches down from below", now)
+            parts.append("|" if landed else ">")
             contacts = self._land(contacts, end, last) if landed else self._change(contacts, end)
         if contacts is None:
             return _report_stop(parts, "the impact has no outcome", now)
@@ -122,24 +126,29 @@ class _Period:
         last = self.gait.motion.segments[0].time[0] + LATE * self.gait.period
         guards = self._guards(contacts)
         checked = tuple(name for name in guards if not name.startswith(("gap", "rest")))
+        self._swings.record(contacts.closed, state)
 
         def rate(t: float, y: Array, middle: float) -> Array:
             acceleration = self.solver.accelerate(contacts, y, self._table.evaluate(t, middle))[0]
             return np.concatenate([y[self._n :], acceleration])
 
         self._begin = now
-        piece = SmoothPiece(rate, guards, self._accepts, checked)
+        watched = guards | self._swings.list_guards(contacts.closed)
+        piece = SmoothPiece(rate, watched, partial(self._accepts, contacts), checked)
         return integrate_piece(piece, state, np.array([now, *self._table.corners(now + INSTANT, last), last]))
 
-    def _accepts(self, name: str, time: float, state: Array) -> bool:
+    def _accepts(self, contacts: Contacts, name: str, time: float, state: Array) -> bool:
+        if name.startswith(EXTREMA):
+            self._swings.record(contacts.closed, state)
+            return False
         if name.startswith("rest"):
             return time > self._begin + INSTANT
         if not name.startswith("gap"):
             return True
         place = int(name.split()[1])
         conditional = self.gait.robot.contacts[place].conditional
-        armed = not conditional or self._arming(state[: self._n], state[self._n :])[0][place] > 0
-        return bool(armed and time > self._begin + INSTANT)
+        armed = not conditional or self._swings.is_armed(place, state)
+        return armed and time > self._begin + INSTANT
 
     def _guards(self, contacts: Contacts) -> dict[str, Any]:
         """Return the guards of a phase by name: gaps, normal forces, friction cones and slip speeds."""
