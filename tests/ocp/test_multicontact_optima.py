@@ -43,6 +43,25 @@ def test_a_hop_that_lands_in_a_slip_costs_less_than_one_that_sticks():
     assert slip.solver.objective < stick.solver.objective - 0.05
 
 
+@pytest.mark.slow
+def test_a_soft_landing_loses_no_energy_and_keeps_the_clearance_until_shortly_before():
+    """Speed, acceleration and force of the foot vanish at touchdown: its height falls with the third power of time."""
+    gait = solve_planar(hop("foot stick > flight >", clearance=0.01, intervals=(6, 16), margins=Margins(slip_speed=0)))
+    assert gait.status.ok, gait.status
+    assert gait.energy.impact_loss == 0
+    assert abs(gait.energy.actuator) < 1e-6 * gait.solver.objective
+    stance, flight = gait.motion.segments
+    foot = gait.robot.points.index("foot")
+    rows = gait.robot.rows(flight.q[:, -1], flight.v[:, -1], gait.robot.vector(gait.motion.parameters))[0]
+    assert float(rows[0, :] @ flight.v[:, -1]) == pytest.approx(0, abs=1e-9)
+    part = (flight.time - flight.time[0]) / np.ptp(flight.time)
+    least = 0.01 * np.minimum(1, 4 * np.minimum(part, 1 - part)) ** 3
+    assert (flight.points[1, foot] >= least - 1e-5).all()
+    weight = gait.motion.total_mass * gait.motion.parameters["gravity"]
+    assert 0 <= stance.force[0, 1, 0] < Margins().normal_force * weight < stance.force[0, 1, 1:-1].min()
+    assert gait.solver.objective > solve_planar(hop(clearance=0.01, intervals=(6, 16))).solver.objective
+
+
 def test_a_compass_in_single_support():
     gait = solve_planar(walk())
     assert gait.solver.objective == pytest.approx(2.1452677794, abs=2e-9)

@@ -21,9 +21,9 @@ class GridPhase:
         From 0.
     state, after : tuple of Mode
         Modes of all contacts in the phase, and after its event in the names of this phase.
-    from_rest, opened, lifted : frozenset of int
-        Contacts whose slip begins with the phase at rest, those that have left the ground at its beginning, and among
-        these those that have left it without impact.
+    from_rest, opened, lifted, loaded : frozenset of int
+        Contacts whose slip begins with the phase at rest, those that have left the ground at its beginning, among these
+        those that have left it without impact, and those that have closed without impact.
     outcome : tuple of Mode or None
         Modes in the impact that ends the phase; a contact without impulse is free.  None for an event without impulse.
     is_last : bool
@@ -42,6 +42,7 @@ class GridPhase:
     from_rest: frozenset[int]
     opened: frozenset[int]
     lifted: frozenset[int]
+    loaded: frozenset[int]
     is_last: bool
     first: int
     count: int
@@ -99,6 +100,7 @@ def divide_phases(
         impact, modes = sequence.events[number].impact, _modes(state)
         before, entering = _modes_before(robot, sequence, number)
         opened = frozenset(i for i, mode in enumerate(modes) if mode is Mode.FREE and before[i] is not Mode.FREE)
+        loaded = frozenset(i for i, mode in enumerate(modes) if mode is not Mode.FREE and before[i] is Mode.FREE)
         slipping = [i for i, mode in enumerate(modes) if mode.slips]
         closed = [f"{name} {mode.value}" for name, mode in state.modes if mode is not Mode.FREE]
         phases.append(
@@ -110,6 +112,7 @@ def divide_phases(
                 from_rest=frozenset(i for i in slipping if entering[i] not in (modes[i], Mode.FREE)),
                 opened=opened,
                 lifted=frozenset() if sequence.events[number - 1].impact else opened,
+                loaded=frozenset() if sequence.events[number - 1].impact else loaded,
                 is_last=number + 1 == len(counts),
                 first=first,
                 count=count,

@@ -100,7 +100,8 @@ def _bound_slip(transcription: PlanarTranscription, phase: GridPhase, margin: fl
 def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance: float, lower: Array) -> None:
     """Bound the gaps of open contacts; the bound decreases to zero towards lift-off and touchdown.
 
-    A gap increases with the third power of time after a lift-off without impact, and decreases linearly to a touchdown.
+    A gap increases with the third power of time after a lift-off without impact.  It decreases linearly to an impact
+    and with the third power to a soft touchdown, at which speed, acceleration and force vanish as at a lift-off.
     A contact that closes only under a condition is bounded in the first interval after its lift-off.
     """
     layout, robot = transcription.constraints, transcription.builder.robot
@@ -117,7 +118,7 @@ def _bound_gaps(transcription: PlanarTranscription, phase: GridPhase, clearance:
             if contact in phase.opened:
                 least *= np.minimum(1, 4 * part) ** 3
             if contact in closing:
-                least *= np.minimum(1, 4 * (1 - part))
+                least *= np.minimum(1, 4 * (1 - part)) ** (3 if phase.outcome is None else 1)
             if contact in armed:
                 least[(at > 1) | (contact not in phase.lifted)] = -np.inf
             lower[places] = np.where(np.isfinite(lower[places]), least, -np.inf)
@@ -160,7 +161,10 @@ def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProbl
 def _bound_forces(
     transcription: PlanarTranscription, phase: GridPhase, least: float, lower: Array, upper: Array
 ) -> None:
-    """Bound the normal forces from below, and fix the forces of contacts that open at the end of the phase to zero."""
+    """Bound the normal forces from below, and fix the forces of contacts that open at the end of the phase to zero.
+
+    The bound increases from zero after a soft touchdown, at which the force vanishes.
+    """
     layout, robot, system = transcription.variables, transcription.builder.robot, phase.system
     nodes, inner = layout[Unknown.ACCELERATION, phase.number], layout[Unknown.INNER_ACCELERATION, phase.number]
     count, size, opening = len(robot.coordinates), nodes.shape[0], phase.opening()
@@ -172,7 +176,11 @@ def _bound_forces(
             continue
         for row, fraction in zip([nodes[count + k], *inner[count + k :: size]], _fractions(transcription), strict=True):
             part = np.minimum((np.arange(row.size) + fraction) / phase.count, 1.0)
-            lower[row] = least * np.minimum(1, 2 * (1 - part)) if i in opening else least
+            lower[row] = least
+            if i in opening:
+                lower[row] *= np.minimum(1, 2 * (1 - part))
+            if i in phase.loaded:
+                lower[row] *= np.minimum(1, 2 * part)
     fixed = [k for k, i in enumerate(system.closed) if i in opening]
     first = opening_bodies(phase)
     fixed += [len(system.closed) + k for k, members in enumerate(system.sticking) if members[0] in first]
