@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.view_motion import AnyMotion
 
 FIGURES, ANIMATIONS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
-"""Suffixes of pictures; any other file is a CSV table."""
+
+FORMATS = {".csv": "table"} | dict.fromkeys(FIGURES, "figure") | dict.fromkeys(ANIMATIONS, "animation")
+"""Accepted suffixes and what they contain."""
 
 
 def write_walk(motion: AnyMotion, path: Path, title: str, section: tuple[str, ...] = ()) -> Path:
@@ -16,11 +19,11 @@ def write_walk(motion: AnyMotion, path: Path, title: str, section: tuple[str, ..
     Raises
     ------
     InputError
-        If the motion has no samples.
+        If the motion has no samples, or the suffix is that of no format.
     ArchiveError
         If the file is not writable.
     """
-    suffix = path.suffix.lower()
+    suffix = check_suffix(path, FORMATS)
     if suffix in FIGURES:
         from gaitopt.plot.gait_figure import plot_motion
         from gaitopt.plot.saving import save_figure

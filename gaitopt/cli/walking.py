@@ -122,9 +122,11 @@ def simulate(
     """
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.motion.atomic import check_writable
+    from gaitopt.cli.walk_file import FORMATS
+    from gaitopt.motion.atomic import check_suffix, check_writable
 
     if output is not None:
+        check_suffix(output, FORMATS)
         check_writable(output)
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
     request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
