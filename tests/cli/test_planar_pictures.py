@@ -98,6 +98,14 @@ def test_a_walk_is_drawn(capsys, tmp_path, name):
     assert (tmp_path / name).stat().st_size > 5000
 
 
+def test_a_walk_is_not_written_as_a_gait_file(capsys, tmp_path):
+    """It would be a table that no command reads as a gait."""
+    status, printed = run(capsys, "simulate", KNEED, "--steps", "1", "-o", tmp_path / "walk.h5")
+    assert status == 2
+    assert "the suffix '.h5' is not that of a known format. Use .csv (trajectories), .png" in " ".join(printed.err.split())
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_walk_of_one_foot_is_drawn_too(capsys, tmp_path):
     script = PROBLEMS / "compass_passive.py"
     status, _ = run(capsys, "simulate", script, "--steps", "2", "-o", tmp_path / "walk.png", "--quiet")
