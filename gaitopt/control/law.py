@@ -110,6 +110,11 @@ class Law:
         data = self.data(clock, np.concatenate([q, v, latched]))
         return np.asarray(self.torque(clock, q, v, latched, slide, data)[0], dtype=float).ravel()
 
+    @property
+    def is_passive(self) -> bool:
+        """Whether the torque is zero at every time in every state."""
+        return bool(self.control.call(self.control.sx_in())[0].is_zero())
+
     def measure(self, clock: float, y: Array) -> float:
         """Return the quantity that determines the piece in a state y = (q, v, latched): the clock or an entry of y."""
         return clock if self.index is None else float(y[self.index])

@@ -29,6 +29,26 @@ def dependent_coordinate(robot: Robot) -> int:
     return int(np.flatnonzero(counts @ sources)[-1])
 
 
+@functools.lru_cache(maxsize=32)
+def dependent_angle(robot: Robot) -> ca.Function:
+    """Return (other angles, p) -> the angle that the touchdown condition determines after the leg exchange.
+
+    The exchange of the angles is linear, so one Newton step suffices for a linear touchdown guard; others take a few.
+    """
+    others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
+    angle, place = ca.SX.sym("angle"), dependent_coordinate(robot)
+    angles = ca.vertsplit(others)
+    angles.insert(place, angle)
+    condition = guard_after_swap(robot, ca.vertcat(*angles), p)
+    newton = ca.Function("newton", [angle, others, p], [angle - condition / ca.jacobian(condition, angle)])
+    start = others[max(place - 1, 0)] if others.numel() else ca.SX(0)
+    value = ca.MX.sym("others", others.numel()), ca.MX.sym("p", p.numel())
+    guess = ca.Function("start", [others], [start])(value[0])
+    for _ in range(8):
+        guess = newton(guess, *value)
+    return ca.Function("dependent_angle", list(value), [guess]).expand()
+
+
 def guard_after_swap(robot: Robot, following: ca.SX, p: ca.SX) -> ca.SX:
     """Return the touchdown guard as a function of the angles after the leg exchange."""
     old = angles_before_swap(robot, following, p)

@@ -25,6 +25,7 @@ from gaitopt.stability.close_returns import close_returns
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_iteration import find_cycle, same_gait, search_section, shortest_period
 from gaitopt.stability.deflation import Deflation, KnownPoint
+from gaitopt.stability.fall_prediction import FallPrediction, predict_falls
 from gaitopt.stability.fixed_point import FixedPointOptions
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.period_doubling import doubled_starts, locate_doubled_gaits
@@ -166,12 +167,13 @@ class _CycleSearch:
     def __init__(self, walker: Walker, steps: int) -> None:
         self._walker, self._steps, self._section = walker, steps, search_section(walker)
         self._linearisation = Linearisation(walker)
+        self._prediction: FallPrediction | None = None
         self._known: dict[Cycle, tuple[KnownPoint, ...]] = {}
 
     def find_from_random_starts(self, count: int, seed: int) -> Iterator[Cycle]:
         """Yield gaits of one step from random starts, then gaits of more steps."""
-        walks = []
-        for walk in random_walks(self._walker, self._section, count, self._length, seed):
+        walks, self._prediction = [], predict_falls(self._walker)
+        for walk in random_walks(self._walker, self._section, count, self._length, seed, self._prediction):
             walks.append(walk.points)
             yield from self._converge(walk.points[0], 1, self._known, passage=walk.first)
             # Gaits with large multipliers are found from states after a step only.
@@ -204,7 +206,7 @@ class _CycleSearch:
     def _find_doubled_gaits(self, cycle: Cycle, period: int) -> Iterator[Cycle]:
         """Yield gaits of the doubled period, from their estimated amplitude or, if that fails, from several."""
         scale = natural_scale(self._walker, cycle.section, cycle.z)
-        return_map = ReturnMap(self._walker, cycle.section, period, self._linearisation)
+        return_map = ReturnMap(self._walker, cycle.section, period, self._linearisation, self._prediction)
         count = len(self._known)
         with defer_interrupt():
             located = list(locate_doubled_gaits(cycle, scale, return_map))
@@ -251,6 +253,7 @@ class _CycleSearch:
             deflation=deflation,
             linearisation=self._linearisation,
             passage=passage,
+            prediction=self._prediction,
         )
 
     def _lift(self, cycle: Cycle, z: Array) -> Array:

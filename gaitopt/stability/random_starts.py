@@ -6,11 +6,12 @@ import numpy as np
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.contacts.impact import TouchdownMap
-from gaitopt.model.coordinate_entries import GAP, SLIDE
+from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.section_coordinate import undo_exchange
+from gaitopt.model.touchdown_state import state_before_touchdown
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability.fall_prediction import FallPrediction
 from gaitopt.stability.section import Section
 from gaitopt.stability.section_walk import SectionWalk, natural_rate, take_walk
 
@@ -18,7 +19,9 @@ DRAWS_PER_START = 40
 """Largest number of random states drawn for each start."""
 
 
-def random_walks(walker: Walker, section: Section, count: int, steps: int, seed: int) -> Iterator[SectionWalk]:
+def random_walks(
+    walker: Walker, section: Section, count: int, steps: int, seed: int, prediction: FallPrediction | None = None
+) -> Iterator[SectionWalk]:
     """Yield walks of at least one step from random starts.
 
     A start is the state after a touchdown in a random pose with random rates, so that its angles, rates and foot speed
@@ -33,11 +36,17 @@ def random_walks(walker: Walker, section: Section, count: int, steps: int, seed:
     steps : int
         Largest number of steps.
     seed : int
+    prediction : FallPrediction, optional
+        If given, the states it excludes are not simulated.
     """
     sampler, rng = _TouchdownSampler(walker, section), np.random.default_rng(seed)
-    samples = (rng.uniform(-1, 1, sampler.size) for _ in range(DRAWS_PER_START * count))
+    # One call of the generator for all samples of a start is several times faster than one for each.
+    samples = (sample for _ in range(count) for sample in rng.uniform(-1, 1, (DRAWS_PER_START, sampler.size)))
     states = (sampler.state_after(sample, at_rest=i % 2 == 0) for i, sample in enumerate(samples))
-    walks = (take_walk(walker, section, section.project(state), steps) for state in states if state is not None)
+    promising = (
+        state for state in states if state is not None and not (prediction is not None and prediction.excludes(state))
+    )
+    walks = (take_walk(walker, section, section.project(state), steps) for state in promising)
     complete = (walk for walk in walks if len(walk.points) > 1)
     for _ in range(count):
         with defer_interrupt():
@@ -62,14 +71,12 @@ class _TouchdownSampler:
     """
 
     def __init__(self, walker: Walker, section: Section) -> None:
-        robot, p, self._section = walker.robot, walker.p, section
-        entries, self.size = robot.state_entries, 2 * len(robot.angles)
-        self._n_q, self._free, self._z = robot.n_q, len(robot.angles) - 1, np.zeros(len(section.names))
-        self._angles, self._rates = list(entries.angles), list(entries.rates)
-        self._slip_velocity = entries.slip_velocity
-        self._before = FastCall(undo_exchange(robot), p)
-        self._collision, self._momentum = FastCall(robot.collision, p), FastCall(robot.momentum, p)
-        self._touchdown, self._natural = TouchdownMap(robot, p), natural_rate(robot, p)
+        robot, p, (natural, height) = walker.robot, walker.p, natural_rate(walker.robot, walker.p)
+        self.size, self._sliding, self._free = 2 * len(robot.angles), section.sliding, len(robot.angles) - 1
+        self._numbers = np.zeros(self.size)
+        scales = 3 * natural * np.array([1.0, height])
+        self._before = FastCall(state_before_touchdown(robot), scales, p, shared=self._numbers)
+        self._touchdown, self._momentum = TouchdownMap(robot, p), FastCall(robot.momentum, p)
 
     def state_after(self, sample: Array, *, at_rest: bool) -> Array | None:
         """Return the state (q, v) after the touchdown and leg exchange, shape (2 n_q,).
@@ -85,18 +92,11 @@ class _TouchdownSampler:
         at_rest : bool
             Whether the trailing foot is at rest before the touchdown.
         """
-        section, (natural, height) = self._section, self._natural
-        state, free = np.zeros(2 * self._n_q), self._free
-        self._z[:free] = 0.24 * sample[:free] - 0.26
-        pose = section.embed(self._z)
-        size = 3 * natural * abs(pose[section.dependent_entry])
-        state[self._angles] = self._before.evaluate_packed(pose[self._angles])
-        state[self._rates] = size * sample[free:-1]
-        if section.sliding and not at_rest:
-            state[self._slip_velocity] = size * height * sample[-1]
-        if self._collision.evaluate_packed(state)[GAP] > 0:
-            state[self._n_q :] *= -1  # the front foot moves down
-        following = self._touchdown.solve(state)[1]
+        self._numbers[:] = sample
+        self._numbers[: self._free] = 0.24 * sample[: self._free] - 0.26
+        if at_rest or not self._sliding:
+            self._numbers[-1] = 0.0
+        following = self._touchdown.solve(self._before.evaluate())[1]
         if following is None:
             return None
         return following if self._momentum.evaluate_packed(following)[SLIDE] > 0 else None

@@ -4,9 +4,13 @@ from dataclasses import dataclass
 
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
+from gaitopt.stability.fall_prediction import FallPrediction
 from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.section import Section
 from gaitopt.status import Stop
+
+_FALL = WalkStep((), Stop.FELL, None, None)
+"""A step that is not simulated because a fall is predicted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,19 +47,27 @@ class ReturnMap:
         Steps per return: n for gaits of period n.
     linearisation : Linearisation, optional
         Derivatives of the walker's steps, if several maps share them.
+    prediction : FallPrediction, optional
+        If given, steps from states it excludes are not simulated.
     """
 
     def __init__(
-        self, walker: Walker, section: Section, steps: int = 1, linearisation: Linearisation | None = None
+        self,
+        walker: Walker,
+        section: Section,
+        steps: int = 1,
+        linearisation: Linearisation | None = None,
+        prediction: FallPrediction | None = None,
     ) -> None:
-        self.walker, self.section, self.steps = walker, section, steps
+        self.walker, self.section, self.steps, self._prediction = walker, section, steps, prediction
         self._linearisation = linearisation or Linearisation(walker)
 
     def __call__(self, z: Array) -> Passage:
         """Simulate the steps from a point of the section, shape (n_z,)."""
         state, states, walk_steps = self.section.embed(z), [], []
         for _ in range(self.steps):
-            walk_step = self.walker.walk_step(state)
+            excluded = self._prediction is not None and self._prediction.excludes(state)
+            walk_step = _FALL if excluded else self.walker.walk_step(state)
             states.append(state)
             walk_steps.append(walk_step)
             if walk_step.following is None:

@@ -12,7 +12,7 @@ from gaitopt.locks import cached_property
 from gaitopt.model.coordinate_entries import angle_entry
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
-from gaitopt.model.section_coordinate import dependent_coordinate, guard_after_swap
+from gaitopt.model.section_coordinate import dependent_angle, dependent_coordinate
 from gaitopt.motion.motion import Array
 
 
@@ -106,30 +106,10 @@ class Section:
         return np.asarray(y, dtype=float)[self.places]
 
 
-@functools.lru_cache(maxsize=32)
-def _dependent_angle(robot: Robot) -> ca.Function:
-    """Return (other angles, p) -> the angle that the touchdown condition determines after the leg exchange.
-
-    The exchange of the angles is linear, so one Newton step suffices for a linear touchdown guard; others take a few.
-    """
-    others, p = ca.SX.sym("others", len(robot.angles) - 1), ca.SX.sym("p", len(robot.parameters))
-    angle, place = ca.SX.sym("angle"), dependent_coordinate(robot)
-    angles = ca.vertsplit(others)
-    angles.insert(place, angle)
-    condition = guard_after_swap(robot, ca.vertcat(*angles), p)
-    newton = ca.Function("newton", [angle, others, p], [angle - condition / ca.jacobian(condition, angle)])
-    start = others[max(place - 1, 0)] if others.numel() else ca.SX(0)
-    value = ca.MX.sym("others", others.numel()), ca.MX.sym("p", p.numel())
-    guess = ca.Function("start", [others], [start])(value[0])
-    for _ in range(8):
-        guess = newton(guess, *value)
-    return ca.Function("dependent_angle", list(value), [guess]).expand()
-
-
 @functools.lru_cache(maxsize=64)
 def _compile_dependent_angle(robot: Robot, thread: int) -> tuple[FastCall, FastCall]:
     """Return (other angles, p) -> dependent angle, and its gradient, for one thread."""
-    function = _dependent_angle(robot)
+    function = dependent_angle(robot)
     others, parameters = function.sx_in()
     gradient = ca.densify(ca.jacobian(function(others, parameters), others))
     slope = ca.Function("dependent_angle_slope", [others, parameters], [gradient])

@@ -1,7 +1,7 @@
 """Time of the search for gaits, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
 Target: at most about twice the time of the plain search that gaitopt used before, which finds fewer gaits.  Measured
-ratios are 0.1 to 2.1, the largest at friction 0.13, where the plain search finds one of two gaits.  The plain search
+ratios are 0.25 to 2.15, the largest at friction 0.13, where the plain search finds one of two gaits.  The plain search
 applies Newton's method to 200 random states of the section, once for each period up to the longest.  Both use the same
 engine, and all known gaits of a case must be among those that `find_cycles` returns.  The plain search counts a gait
 again with multiples of its period.
