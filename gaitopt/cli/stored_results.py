@@ -5,8 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gaitopt.errors import GaitoptError
-
 QUESTION, SUFFIX = "question.json", ".checkpoint"
 """Names of the files that identify a study, see GaitStore and Checkpoint, which are not imported at an interrupt."""
 
@@ -47,7 +45,7 @@ def describe_stored_results(command: str, output: Path | None) -> str:
         return ""
     try:
         return describe(output)
-    except (GaitoptError, OSError, ValueError):  # a file that is being replaced, or of another kind
+    except Exception:  # a file that is being replaced or of another kind, or a package whose import was interrupted
         return ""
 
 
@@ -103,13 +101,14 @@ def _list_gaits(folder: Path) -> list[Path]:
 
 def _describe_basin(output: Path) -> str:
     """Return how many starts of a basin are kept in its file."""
-    from gaitopt.study.basins.basin_file import PENDING, endings_of, load_basin
+    import h5py  # not xarray, whose import takes long and may be what was interrupted
 
     if not output.is_file():
         return ""
-    outcome = endings_of(load_basin(output)).outcome
-    finished = int((outcome != PENDING).sum())
-    return _state_place(f"{finished} of {_count(outcome.size, 'start')}", finished, output)
+    with h5py.File(output) as file:
+        ending = file["ending"]
+        finished = int((ending[...] != ending.attrs["pending"]).sum())
+        return _state_place(f"{finished} of {_count(ending.size, 'start')}", finished, output)
 
 
 def _describe_trace(output: Path) -> str:

@@ -1,12 +1,14 @@
 """The message after Ctrl-C: which results are stored, and that the same command resumes."""
 
 import math
+import sys
 
 import pytest
 
 from gaitopt import basin, load, rimless_wheel, save
 from gaitopt.cli import stored_results
 from gaitopt.continuation import checkpoint
+from gaitopt.study.basins.basin_file import save_basin
 from gaitopt.study.storage import gait_store
 
 QUICK = """\
@@ -91,6 +93,21 @@ def test_an_interrupted_basin_states_its_starts(folder):
     basin(rimless_wheel(), {"slope": math.radians(13)}, {"theta_rate": rates}, path=folder / "basin.nc")
     text = stored_results.describe_stored_results("basin", folder / "basin.nc")
     assert text == f"3 of 3 starts are kept in {folder / 'basin.nc'}."
+
+
+def test_stored_starts_are_counted_after_an_interrupted_import(folder, monkeypatch):
+    table = basin(rimless_wheel(), {"slope": math.radians(13)}, {"theta_rate": [0.1, 2.0, 4.0]})
+    ending = table.ending.copy()
+    ending[1] = -1  # pending
+    save_basin(table.assign(ending=ending).assign_attrs(complete=0), folder / "basin.nc")
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    text = stored_results.describe_stored_results("basin", folder / "basin.nc")
+    assert text == f"2 of 3 starts are kept in {folder / 'basin.nc'}."
+
+
+@pytest.mark.parametrize("verb", ["basin", "audit"])
+def test_a_file_of_another_kind_has_no_stored_results(folder, slip_file, verb):
+    assert stored_results.describe_stored_results(verb, slip_file) == ""
 
 
 def test_an_interrupted_basin_without_a_file_wrote_nothing(command, root, monkeypatch):
