@@ -9,16 +9,16 @@ import sys
 import threading
 from types import FrameType
 
-from gaitopt.cli.collection import collect_rarely
-
 
 def main() -> None:
     """Import and run the command that the command line names."""
     os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
+    former = signal.getsignal(signal.SIGINT)
+    if former is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _exit_immediately)
+    from gaitopt.cli.collection import collect_rarely
+
     with collect_rarely():
-        former = signal.getsignal(signal.SIGINT)
-        if former is signal.default_int_handler:
-            signal.signal(signal.SIGINT, _exit_immediately)
         from gaitopt.cli import app
 
         app.import_commands(sys.argv[1:])

@@ -35,6 +35,26 @@ sys.argv = ["gaitopt", "problems"]
 __main__.main()
 """
 
+FIRST = """
+import signal, sys
+
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "gaitopt.cli.collection":
+            signal.raise_signal(signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Interrupt())
+from gaitopt import __main__
+__main__.main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
+def test_an_interrupt_in_the_first_import_of_the_command_line_ends_in_a_sentence():
+    run = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, timeout=60, check=False)
+    assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
+
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
