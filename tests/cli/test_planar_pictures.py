@@ -102,7 +102,10 @@ def test_a_walk_is_not_written_as_a_gait_file(capsys, tmp_path):
     """It would be a table that no command reads as a gait."""
     status, printed = run(capsys, "simulate", KNEED, "--steps", "1", "-o", tmp_path / "walk.h5")
     assert status == 2
-    assert "the suffix '.h5' is not that of a known format. Use .csv (trajectories), .png" in " ".join(printed.err.split())
+    expected = "the suffix '.h5' is not that of a known format. Use .csv (trajectories), .png"
+    assert expected in " ".join(printed.err.split())
+        printed.err.split()
+    )
     assert not list(tmp_path.iterdir())
 
 
