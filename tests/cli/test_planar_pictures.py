@@ -104,8 +104,6 @@ def test_a_walk_is_not_written_as_a_gait_file(capsys, tmp_path):
     assert status == 2
     expected = "the suffix '.h5' is not that of a known format. Use .csv (trajectories), .png"
     assert expected in " ".join(printed.err.split())
-        printed.err.split()
-    )
     assert not list(tmp_path.iterdir())
 
 

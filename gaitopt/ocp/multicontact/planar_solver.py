@@ -4,7 +4,7 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -210,10 +210,10 @@ class _Start:
         self.raised.clear()  # they depend on a solution that is discarded
         return None
 
-    def exclude_invalid_touchdowns(self, result: GridResult) -> GridResult:
+    def exclude_invalid_touchdowns(self, result: GridResult, *, from_below: bool) -> GridResult:
         """Return a solution whose contacts do not close too early or from below, or the last solution before."""
         for _ in range(MOST_REPAIRS):
-            rows = result.list_raised_rows()
+            rows = result.list_raised_rows() if from_below else result.early_touchdowns
             if not rows or not result.outcome.status.ok:
                 break
             self.raised.setdefault(result.transcription, {}).update(rows)
@@ -252,8 +252,14 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
 
 
 def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
-    """Return the solution without invalid touchdowns that is accurate between its nodes, or one marked otherwise."""
-    result = _refine(start, start.exclude_invalid_touchdowns(result), methods)
+    """Return the solution without invalid touchdowns that is accurate between its nodes, or one marked otherwise.
+
+    Touchdowns from below are excluded last: those of an inaccurate plan may not be those of the gait.
+    """
+    remaining = iter(methods)
+    for from_below in (False, True):
+        result = start.exclude_invalid_touchdowns(result, from_below=from_below)
+        result = _refine(start, result, remaining, from_below=from_below)
     return result.mark_inaccurate() if result.has_invalid_touchdown else result
 
 
@@ -281,16 +287,16 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
     return np.maximum(durations, problem.limits.shortest_phase)
 
 
-def _refine(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
+def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
     """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance, finer_methods = result.problem.transcription.tolerance, iter(methods)
+    tolerance = result.problem.transcription.tolerance
     while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
-        method = next(finer_methods, None)
+        method = next(methods, None)
         if method is None:
             return result.mark_inaccurate()
         guess = FromPlanarGait(_report(result, start))
         finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
-        finer = start.exclude_invalid_touchdowns(finer)
+        finer = start.exclude_invalid_touchdowns(finer, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
