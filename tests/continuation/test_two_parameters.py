@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, find_cycles, load_diagram, rimless_wheel, trace
-from gaitopt.continuation import ArclengthOptions, TraceOptions, save_diagram, trace_curve, two_parameters
+from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
 from tests.continuation.rolling_wheel import least_friction, least_slope
 
@@ -79,6 +79,18 @@ def test_the_curve_of_rolling_over_is_the_closed_form():
     assert curve.kind.key == "roll_over"
     assert curve.values[:, 0] == pytest.approx(np.full(len(curve.values), least_slope()), abs=1e-12)
     assert np.ptp(curve.values[:, 1]) == pytest.approx(0.1, abs=1e-9)
+
+
+def test_a_gait_beside_rolling_over_may_take_a_long_step():
+    # Near its least slope a step of Type A takes longer than 10 s, the limit of other simulations, if sqrt(l / g) is
+    # not much shorter than 1 s.
+    slow = {"slope": math.radians(3), "friction": 1.0, "gravity": 4 / 3}
+    at = WalkProblem(robot=rimless_wheel(), parameters=slow)
+    across = trace(at, {"slope": (math.radians(1.6), math.radians(1.2))}, options=LONG_STEPS)
+    (special,) = across.branches[0].special
+    (gait,) = gaits_at(at, across, special.value + 1e-6)
+    assert gait.period > 10
+    assert gait.state["theta_rate"] > special.z[0]
 
 
 @pytest.mark.slow
