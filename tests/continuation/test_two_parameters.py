@@ -81,6 +81,16 @@ def test_the_curve_of_rolling_over_is_the_closed_form():
     assert np.ptp(curve.values[:, 1]) == pytest.approx(0.1, abs=1e-9)
 
 
+@pytest.mark.slow
+def test_rolling_over_is_located_as_accurately_in_short_steps(monkeypatch):
+    for name, value in (("FIRST_STEP", 0.004), ("LONGEST_STEP", 0.004), ("MOST_POINTS", 2)):
+        monkeypatch.setattr(two_parameters, name, value)
+    at = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(3), "friction": 0.95})
+    across = trace(at, {"slope": (math.radians(3), math.radians(1))}, options=LONG_STEPS)
+    curve = trace_curve(at, across, {"friction": (0.9, 1.0)}, options=LONG_STEPS)
+    assert curve.values[:, 0] == pytest.approx(np.full(5, least_slope()), abs=1e-12)
+
+
 def test_a_gait_beside_rolling_over_may_take_a_long_step():
     # Near its least slope a step of Type A takes longer than 10 s, the limit of other simulations, if sqrt(l / g) is
     # not much shorter than 1 s.
