@@ -1,6 +1,6 @@
 """Families of return maps over a parameter, as continuation sees them."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -45,6 +45,11 @@ class MapFamily(Protocol):
     @property
     def value_scale(self) -> float:
         """Natural size of the parameter."""
+        ...
+
+    @property
+    def line(self) -> Mapping[str, tuple[float, float]]:
+        """Origin and direction of a line in the space of several parameters; empty for a single parameter."""
         ...
 
     def evaluate(self, z: Array, value: float) -> MapSample:

@@ -205,7 +205,7 @@ class Stepper:
                 return None
             if min(error, length) <= self.options.tolerance:
                 reached = iteration if reached is None else reached
-                if error >= best / 4 or error <= FLOOR:
+                if error >= best / 4 or error <= FLOOR or iteration == self.options.most_iterations:
                     same = (point.derivative[:, -1] for point in near if point.sample.structure == sample.structure)
                     return self._make_point(z, value, sample, normal, reached, next(same, None))
             slow = math.isfinite(best) and error > SLOW_CONVERGENCE * best

@@ -19,12 +19,10 @@ from gaitopt.motion.motion import Array
 SAMPLES = 4
 """Number of gaits from which the end is extrapolated."""
 DISTANCE = 1e-4
-"""Distance between them, relative to the range of the parameter."""
+"""Distance between them, relative to the range of the parameter, or of both parameters on a line."""
 LARGEST_SHIFT = 0.1
 """Largest distance of the extrapolated end from the last gait, relative to that between the gaits; if the walker falls
 with kinetic energy, the extrapolated zero is further away."""
-STEEPEST = 0.05
-"""Least share of the parameter in the unit tangent for which gaits at other values are sought."""
 
 
 def locate_roll_over(stepper: Stepper, point: CurvePoint, end: SpecialPoint) -> SpecialPoint:
@@ -38,27 +36,38 @@ def locate_roll_over(stepper: Stepper, point: CurvePoint, end: SpecialPoint) -> 
     end : SpecialPoint
         End of the branch at this gait.
     """
-    if abs(point.tangent[-1]) < STEEPEST:
+    family, start = stepper.family, stepper.position(point)
+    distance = DISTANCE / family.value_scale if family.line else DISTANCE
+    samples = _sample(stepper, point, distance) or _sample(stepper, point, -distance)
+    if samples is None:
         return end
-    axis = np.zeros(point.tangent.size)
-    axis[-1] = math.copysign(1.0, point.tangent[-1])
-    start, energies, places = stepper.position(point), list[float](), list[Array]()
-    for number in range(SAMPLES, 0, -1):
-        gait = stepper.correct(start - number * DISTANCE * axis, axis)
-        if gait is None or gait.sample.structure != point.sample.structure:
-            return end
-        energy = stepper.family.apex_energy(gait.z, gait.value, gait.sample)
-        if energy is None:
-            return end
-        energies.append(energy)
-        places.append(stepper.position(gait))
+    energies, places = samples
     place = _extrapolate(energies, places)
     shift, error = float(place[-1] - start[-1]), float((place - _extrapolate(energies[1:], places[1:]))[-1])
-    if not abs(shift) <= LARGEST_SHIFT * DISTANCE:
+    if not abs(shift) <= LARGEST_SHIFT * distance:
         return end
     *z, value = (place * stepper.scales).tolist()
-    width = max(abs(error) * stepper.family.value_scale, 1e-16)
+    width = max(abs(error) * family.value_scale, 1e-16)
     return replace(end, value=value, z=np.array(z), width=width, test=0.0)
+
+
+def _sample(stepper: Stepper, point: CurvePoint, distance: float) -> tuple[list[float], list[Array]] | None:
+    """Return the energies at the apex of gaits on one side of the last one, and their places; None if there are none.
+
+    The tangent of the last gait does not state on which side they are: the derivative is inaccurate there.
+    """
+    axis = np.eye(stepper.scales.size)[-1]
+    start, energies, places = stepper.position(point), list[float](), list[Array]()
+    for number in range(SAMPLES, 0, -1):
+        gait = stepper.correct(start + number * distance * axis, axis)
+        if gait is None or gait.sample.structure != point.sample.structure:
+            return None
+        energy = stepper.family.apex_energy(gait.z, gait.value, gait.sample)
+        if energy is None:
+            return None
+        energies.append(energy)
+        places.append(stepper.position(gait))
+    return energies, places
 
 
 def _extrapolate(energies: Sequence[float], places: Sequence[Array]) -> Array:

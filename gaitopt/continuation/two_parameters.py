@@ -15,7 +15,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.codimension_two import locate_corner, locate_meeting
 from gaitopt.continuation.gait_lookup import gaits_at
-from gaitopt.continuation.gait_source import AnyFamily, AnyWalkProblem, make_gait_source
+from gaitopt.continuation.gait_source import AnyCycle, AnyFamily, AnyWalkProblem, make_gait_source
 from gaitopt.continuation.line_search import LineSearch, PlanePoint
 from gaitopt.continuation.parameter_values import unit_of
 from gaitopt.continuation.special_curve import SpecialCurve
@@ -190,16 +190,13 @@ class _Plane:
         return float(np.sign(first - final if begins else final - first)) or 1.0
 
     def _family(self, special: SpecialPoint) -> AnyFamily:
-        gaits = [
-            gait
-            for shift in (1e-4, -1e-4)
-            for gait in gaits_at(
-                self.problem, self.diagram, special.value + shift * float(self.scale[0]), branch=self.branch
-            )
-        ]
+        engine, gaits = self.options.engine, list[AnyCycle]()
+        for shift in (1e-4, -1e-4):
+            value = special.value + shift * float(self.scale[0])
+            gaits += gaits_at(self.problem, self.diagram, value, branch=self.branch, engine=engine)
         if not gaits:
             raise InputError(f"No gait was found beside the special point at {special.value:.6g}.")
-        source = make_gait_source(self.problem, {self.diagram.parameter: self.diagram.ends}, self.options.engine)
+        source = make_gait_source(self.problem, {self.diagram.parameter: self.diagram.ends}, engine)
         family = source.start(gaits[0], special.value).family
         return replace(family, parameters={**family.parameters, **source.values})
 

@@ -7,7 +7,7 @@ from gaitopt.motion.motion import Array
 
 SENSITIVE = 100.0
 """Entry of the derivative with respect to the state above which the step is reduced in proportion, since the curvature
-of the return map grows with this entry."""
+of the return map grows with this entry, and the differences over two steps are extrapolated to zero."""
 
 
 def differentiate_by_value(
@@ -27,11 +27,21 @@ def differentiate_by_value(
     step : float
         Step of the differences for a map of low sensitivity, relative to the size of the parameter.
     """
-    h = step * family.value_scale / max(1.0, float(np.max(np.abs(by_z))) / SENSITIVE)
+    excess = float(np.max(np.abs(by_z))) / SENSITIVE
+    h = step * family.value_scale / max(1.0, excess)
+    slope, sides = _difference(family, z, value, sample, h)
+    if excess <= 1 or sides < 2:
+        return slope
+    finer, sides = _difference(family, z, value, sample, h / 2)
+    return (4 * finer - slope) / 3 if sides == 2 else slope
+
+
+def _difference(family: MapFamily, z: Array, value: float, sample: MapSample, h: float) -> tuple[Array, int]:
+    """Return the difference quotient over a step, nan without a side of the same structure, and the number of sides."""
     ends, sides = list[Array](), 0
     for sign in (1, -1):
         side = family.evaluate(z, value + sign * h)
         beside = side.residual is not None and side.structure == sample.structure
         sides += beside
         ends.append(np.asarray(side.residual if beside else sample.residual))
-    return np.asarray((ends[0] - ends[1]) / (h * sides)) if sides else np.full(z.size, np.nan)
+    return np.asarray((ends[0] - ends[1]) / (h * sides)) if sides else np.full(z.size, np.nan), sides

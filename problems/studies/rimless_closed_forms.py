@@ -1,12 +1,13 @@
 """Closed forms of the rimless wheel that never slips, in natural units (l = 1, m = 1, tau_c = 1).
 
 Energy is conserved over a step, thd^2 / 2 + cos(theta + alpha) = const, and the impact multiplies thd by beta.
-Angles are in rad.
+Angles are in rad.  The least friction of complete slip is that of a linear differential equation.
 """
 
 import math
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 
@@ -71,3 +72,32 @@ def slope_range(spokes, inertia_ratio):
     lower = brentq(rate_margin, 1e-9, math.pi / spokes, xtol=1e-13)
     upper = brentq(normal_force_margin, 1e-9, math.pi / 2 - 1e-9, xtol=1e-13)
     return lower, upper
+
+
+def least_friction(spokes, inertia_ratio):
+    """Return the friction below which the wheel in complete slip no longer rolls over, at every slope.
+
+    The balances of rotation and of vertical motion determine the squared rate w(theta) in units of normal gravity:
+    (kappa + sin(theta) s) w' / 2 = s (1 - cos(theta) w), where s = sin(theta) + mu cos(theta).  If the wheel just rolls
+    over, w = 0 at the apex, where s = 0; the impact multiplies thd by (kappa - S) / (kappa + S).
+    """
+    half = math.pi / spokes
+
+    def rate_margin(friction):
+        shift = math.sin(half) * (math.sin(half) - friction * math.cos(half))
+        ratio = (inertia_ratio - shift) / (inertia_ratio + shift)
+        last, first = (_squared_rate(angle, friction, inertia_ratio) for angle in (half, -half))
+        return ratio**2 * last - first
+
+    return brentq(rate_margin, 1e-9, math.tan(half), xtol=1e-15)
+
+
+def _squared_rate(angle, friction, inertia_ratio):
+    """Return w at an angle of a step in complete slip in which the wheel just rolls over."""
+
+    def slope(theta, squared):
+        bend = math.sin(theta) + friction * math.cos(theta)
+        return 2 * bend * (1 - math.cos(theta) * squared) / (inertia_ratio + math.sin(theta) * bend)
+
+    apex = -math.atan(friction)
+    return float(solve_ivp(slope, (apex, angle), [0.0], method="DOP853", rtol=1e-13, atol=1e-15).y[0, -1])

@@ -1,18 +1,20 @@
 """Rimless wheel: regions of its gait types A to D in the plane of slope and friction.
 
 The borders are special points of branches over friction at three slopes, followed over the slope.  In complete slip
-the wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.  A
-border consists of curves between points of codimension two, at which the contact sequence before the special point
+the wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.
+Type A does not slip, so that its least slope does not depend on friction: it is followed from a branch over the slope.
+A border consists of curves between points of codimension two, at which the contact sequence before the special point
 changes.
 """
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 from drawing import GAIT_STYLE, STYLE
 from published import CLOSED_FORM
-from rimless_closed_forms import slope_range
+from rimless_closed_forms import least_friction, slope_range
 from rimless_setup import INERTIA_RATIO, SPOKES, wheel
 
 from gaitopt import WalkProblem, rimless_wheel, trace
@@ -25,11 +27,14 @@ BORDERS = {
     "C and D": (("loss_of_stick", "event_coincidence"), GAIT_STYLE["D+"]["color"]),
     "D, lifts off": (("lift_off",), "0.45"),
     "D, does not roll over": (("roll_over",), "0.2"),
+    "A, does not roll over": (("roll_over",), GAIT_STYLE["A"]["color"]),
 }
 """Kinds of special points and colour of each border."""
 ADJACENT = "adjacent curve"
 
-STARTS = ((13.0, tuple(BORDERS)), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
+STARTS = ((13.0, tuple(BORDERS)[:-1]), (8.0, ("C and D",)), (6.0, ("B and C", "C and D")))
+ROLLING = 3.0
+"""Slope from which Type A is followed to its least slope [deg]."""
 
 
 def study(
@@ -41,6 +46,8 @@ def study(
     """Return the study."""
     ends = {"slope": (math.radians(least), math.radians(most))}
     curves = [(name, curve) for slope, names in slopes for name, curve in _trace_borders(slope, names, ends, frictions)]
+    if least < ROLLING:
+        curves.append(("A, does not roll over", _trace_least_slope(ends, frictions)))
     with STYLE.figure(4.2) as figure:
         axes = figure.subplots()
         for name, curve in curves:
@@ -64,11 +71,17 @@ def _trace_borders(slope, names, ends, frictions):
                 yield name, trace_curve(problem, diagram, ends, branch=number, special=place)
 
 
+def _trace_least_slope(ends, frictions):
+    """Return the curve of the least slope of Type A, with friction as its first parameter."""
+    problem = WalkProblem(robot=rimless_wheel(), parameters=wheel(frictions[0], ROLLING))
+    diagram = trace(problem, {"slope": (math.radians(ROLLING), ends["slope"][0])})
+    (special,) = (place for place, point in enumerate(diagram.branches[0].special) if point.kind.key == "roll_over")
+    curve = trace_curve(problem, diagram, {"friction": frictions}, special=special)
+    return replace(curve, values=curve.values[:, ::-1], parameters=curve.parameters[::-1], units=curve.units[::-1])
+
+
 def _label(axes, limits, frictions):
-    """Label axes and regions, and draw the least slope of Type A."""
-    least, _ = np.rad2deg(slope_range(SPOKES, INERTIA_RATIO))
-    if limits[0] <= least <= limits[1]:
-        axes.axvline(least, label="Type A, does not roll over", **STYLE.limit_line)
+    """Label axes and regions."""
     for text, place in {"A": (5, 0.5), "B": (12.9, 0.45), "C": (7.5, 0.18), "D": (12, 0.15)}.items():
         if limits[0] < place[0] < limits[1]:
             axes.text(*place, text, ha="center", va="center", fontsize=11)
@@ -93,10 +106,15 @@ def _numbers(curves):
         if name == "C and D":
             error = np.max(np.abs(friction - np.tan(slope)))
             yield PublishedValue(f"Types {name}, {middle}: mu - tan(alpha)", error, 0.0, 1e-9, CLOSED_FORM)
-        elif name.startswith("D,"):
-            # The derivatives are singular where the wheel just rolls over.
-            tolerance = 1e-8 if curve.kind.key == "roll_over" else 1e-9
-            yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, tolerance, CLOSED_FORM)
+        elif name == "D, lifts off":
+            yield PublishedValue(f"Type {name}, {middle}: range of mu", np.ptp(friction), 0.0, 1e-9, CLOSED_FORM)
+        elif name == "D, does not roll over":
+            error = np.max(np.abs(friction - least_friction(SPOKES, INERTIA_RATIO)))
+            yield PublishedValue(f"Type {name}, {middle}: mu - closed form", error, 0.0, 1e-9, CLOSED_FORM)
+        elif name == "A, does not roll over":
+            error = np.max(np.abs(slope - slope_range(SPOKES, INERTIA_RATIO)[0]))
+            frictions = f"mu = {friction.min():.2f} to {friction.max():.2f}"
+            yield PublishedValue(f"Type {name}, {frictions}: alpha - closed form", error, 0.0, 1e-9, CLOSED_FORM, "rad")
 
 
 def _least_slope(values):

@@ -24,6 +24,10 @@ class ExampleFamily:
     def scale(self):
         return np.ones(self.size)
 
+    @property
+    def line(self):
+        return {}
+
     def walk(self, z, value):
         points, pieces = [np.array(z, dtype=float)], []
         for _ in range(self.steps):

@@ -5,12 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from gaitopt import InputError, WalkProblem, compass_biped, find_cycles, load_diagram, rimless_wheel, trace
 from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram
 from gaitopt.continuation.gait_family import make_gait_family
 from gaitopt.errors import ArchiveError
+from tests.continuation.rolling_wheel import least_friction, least_slope
 from tests.docs.checked_commands import run_trace
 from tests.references.storage import reference
 
@@ -63,18 +63,11 @@ def test_a_branch_follows_the_closed_form():
 
 
 def test_a_branch_ends_where_the_wheel_no_longer_rolls_over():
-    # There thd* = 2 sin((pi/n - alpha) / 2) in natural units (1.40 deg in Gamus & Or 2015), thd* in closed form.
-    beta = (math.cos(math.pi / 5) + 1 / 3) / (4 / 3)
-
-    def excess(slope):
-        rate = beta * math.sqrt(4 * math.sin(slope) * math.sin(math.pi / 10) / (1 - beta**2))
-        return rate - 2 * math.sin((math.pi / 10 - slope) / 2)
-
     wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": SLOPE, "friction": math.inf})
     branch = trace(wheel, {"slope": (SLOPE, math.radians(1))}).branches[0]
     (end,) = branch.special
     assert (end.kind.key, end.after, branch.end) == ("roll_over", "fell", "roll_over")
-    exact = brentq(excess, 0.01, 0.1, xtol=1e-15)
+    exact = least_slope()
     assert end.value == pytest.approx(exact, abs=1e-12)
     assert abs(end.value - exact) <= end.width + 1e-14
     # The rate after the impact is that with which the wheel just reaches its apex.
@@ -108,6 +101,8 @@ def test_complete_slip_is_followed_as_a_branch_of_its_own(wheel_diagram):
     assert values_of(branch, "drift_reversal") == pytest.approx([math.tan(SLOPE)], abs=1e-8)
     assert (branch.begin, branch.end) == ("lift_off", "roll_over")
     assert values_of(branch, "lift_off")[0] == pytest.approx(0.32, abs=5e-3)  # Gamus & Or (2015)
+    (rolls,) = values_of(branch, "roll_over")
+    assert rolls == pytest.approx(least_friction(), abs=1e-12)
     # The variational equations are singular where the wheel just rolls over: no multiplier is taken from there.
     assert np.all((branch.radii > 0.3) & (branch.radii < 0.4))
     assert branch.special_of("roll_over")[0].multipliers_before[0].real == pytest.approx(branch.radii[-1], abs=1e-12)

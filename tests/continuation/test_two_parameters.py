@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
-from gaitopt import InputError, WalkProblem, load_diagram, rimless_wheel, trace
-from gaitopt.continuation import ArclengthOptions, TraceOptions, save_diagram, trace_curve, two_parameters
+from gaitopt import InputError, WalkProblem, find_cycles, load_diagram, rimless_wheel, trace
+from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
+from tests.continuation.rolling_wheel import least_friction, least_slope
 
 SLOPE = math.radians(13)
 LONG_STEPS = TraceOptions(arclength=ArclengthOptions(first_step=0.1, longest_step=0.3))
@@ -77,18 +77,41 @@ def test_the_curve_of_rolling_over_is_the_closed_form():
     across = trace(at, {"slope": (math.radians(3), math.radians(1))}, options=LONG_STEPS)
     curve = trace_curve(at, across, {"friction": (0.9, 1.0)}, options=LONG_STEPS)
     assert curve.kind.key == "roll_over"
-    assert curve.values[:, 0] == pytest.approx(np.full(len(curve.values), least_slope()), abs=1e-9)
+    assert curve.values[:, 0] == pytest.approx(np.full(len(curve.values), least_slope()), abs=1e-12)
     assert np.ptp(curve.values[:, 1]) == pytest.approx(0.1, abs=1e-9)
 
 
-def least_slope(half=math.pi / 10, inertia=1 / 3):
-    """Return the slope at which the rate of Type A after the impact carries the wheel just to its apex."""
-    kept = (math.cos(2 * half) + inertia) / (1 + inertia)
+@pytest.mark.slow
+def test_rolling_over_is_located_as_accurately_in_short_steps(monkeypatch):
+    for name, value in (("FIRST_STEP", 0.004), ("LONGEST_STEP", 0.004), ("MOST_POINTS", 2)):
+        monkeypatch.setattr(two_parameters, name, value)
+    at = WalkProblem(robot=rimless_wheel(), parameters={"slope": math.radians(3), "friction": 0.95})
+    across = trace(at, {"slope": (math.radians(3), math.radians(1))}, options=LONG_STEPS)
+    curve = trace_curve(at, across, {"friction": (0.9, 1.0)}, options=LONG_STEPS)
+    assert curve.values[:, 0] == pytest.approx(np.full(5, least_slope()), abs=1e-12)
 
-    def excess(slope):
-        return kept * math.sqrt(math.sin(slope) * math.sin(half) / (1 - kept**2)) - math.sin((half - slope) / 2)
 
-    return brentq(excess, 0.01, 0.1, xtol=1e-15)
+def test_a_gait_beside_rolling_over_may_take_a_long_step():
+    # Near its least slope a step of Type A takes longer than 10 s, the limit of other simulations, if sqrt(l / g) is
+    # not much shorter than 1 s.
+    slow = {"slope": math.radians(3), "friction": 1.0, "gravity": 4 / 3}
+    at = WalkProblem(robot=rimless_wheel(), parameters=slow)
+    across = trace(at, {"slope": (math.radians(1.6), math.radians(1.2))}, options=LONG_STEPS)
+    (special,) = across.branches[0].special
+    (gait,) = gaits_at(at, across, special.value + 1e-6)
+    assert gait.period > 10
+    assert gait.state["theta_rate"] > special.z[0]
+
+
+@pytest.mark.slow
+def test_the_curve_of_rolling_over_in_complete_slip_is_the_closed_form(wheel):
+    gaits = find_cycles(rimless_wheel(), {"slope": SLOPE, "friction": 0.09})
+    start = next(gait for gait in gaits if gait.sequence == "slip+ | slip+")
+    across = trace(wheel, {"friction": (0.12, 0.06)}, start=start, options=LONG_STEPS)
+    number = special_number(across, "roll_over")
+    curve = trace_curve(wheel, across, {"slope": (SLOPE - 0.03, SLOPE + 0.03)}, special=number, options=LONG_STEPS)
+    assert len(curve.values) > 5
+    assert curve.values[:, 0] == pytest.approx(np.full(len(curve.values), least_friction()), abs=1e-12)
 
 
 @pytest.mark.slow
