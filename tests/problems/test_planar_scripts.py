@@ -121,7 +121,7 @@ def test_the_solve_of_the_quadruped_does_not_depend_on_rounding_errors():
     "settings", [["sequence=stick | stick"], ["sequence=slip+ stick | slip+", "friction=0.14", "speed=0.633"]]
 )
 def test_the_compass_walks_in_single_support_as_its_script_states(settings):
-    """Without margins the impulse is on its cone and a slip ends at once, so that no replay is the plan."""
+    """Without margins the impulse is on its cone and a slip ends immediately, so that no replay is the plan."""
     gait = verify_planar(solve_planar(call_script(ROOT / "problems" / "compass_double_support.py", settings)))
     assert gait.status.ok
     assert gait.verification.passed, gait.verification.reasons
