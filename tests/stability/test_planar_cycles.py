@@ -10,6 +10,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from gaitopt import compass_biped
 from gaitopt.errors import InputError
@@ -105,6 +106,21 @@ def test_the_number_of_samples_of_a_periodic_gait_is_not_limited(monkeypatch):
     monkeypatch.setattr(planar_walker, "SAMPLES", 5)
     gait = find_planar_cycle(vertical_hopper(), [0.7, 0.2], [0, 0], HOPPER, section="sole closes")
     assert sum(segment.time.size for segment in gait.motion.segments) > 10
+
+
+def test_the_closed_form_of_the_hopper_has_the_published_digits():
+    """The next height r^2 (k x^2 + 2 k x D - 2 mb g x) / (2 mb g) of a hop from height h, x its compression."""
+    body, foot, stiffness, thrust, gravity = HOPPER.values()
+    weight, ratio = body * gravity, body / (body + foot)
+
+    def rise(height):
+        x = (weight + np.sqrt(weight**2 + 2 * stiffness * weight * height)) / stiffness
+        return ratio**2 * (stiffness * x**2 + 2 * stiffness * x * thrust - 2 * weight * x) / (2 * weight) - height
+
+    height = brentq(rise, 0.1, 0.4, xtol=1e-16, rtol=1e-15)
+    root = np.sqrt(weight**2 + 2 * stiffness * weight * height)
+    assert height == pytest.approx(0.19997936094436, abs=5e-15)
+    assert ratio**2 * (1 + stiffness * thrust / root) == pytest.approx(0.78107619584119, abs=5e-15)
 
 
 def test_the_hopper_has_the_height_and_multiplier_of_the_closed_form():
