@@ -45,7 +45,8 @@ def interrupt_once(words, folder, after):
         return (SLOW, SLOW), [f"hangs after an interrupt at {after:.2f} s"]
     _, errors = process.communicate()
     seconds = wall - (delay - before)
-    if process.returncode == -signal.SIGINT and "gaitopt/cli" not in errors:
+    starting = process.returncode == -signal.SIGINT and "gaitopt/cli" not in errors
+    if starting or "init_import_site" in errors:
         return (seconds, wall), []  # while the interpreter starts and imports the package, before any code of a command
     faults = []
     if process.returncode not in (0, 1, 128 + signal.SIGINT):
