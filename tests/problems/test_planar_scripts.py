@@ -63,6 +63,15 @@ def test_the_energy_of_a_period_is_in_balance(name):
     assert losses > 0
 
 
+def test_a_straight_leg_that_scuffs_the_ground_in_mid_swing_is_a_warning():
+    """The armed foot is 2.8 mm below the ground and then rises by 4.9 mm, so that its touchdown is from above."""
+    gait = gait_of("compass_with_torso")
+    (warning,) = gait.solver.warnings
+    assert warning.startswith("contact 'foot B' is below the ground while it is armed")
+    assert "its touchdown is valid" in warning
+    assert gait.verification.passed
+
+
 def test_only_gravity_turns_the_compass_with_torso_about_its_foot():
     """Without a torque at the foot, the angular momentum about it changes by the moment of the weight alone."""
     gait = gait_of("compass_with_torso")
@@ -121,7 +130,7 @@ def test_the_solve_of_the_quadruped_does_not_depend_on_rounding_errors():
     "settings", [["sequence=stick | stick"], ["sequence=slip+ stick | slip+", "friction=0.14", "speed=0.633"]]
 )
 def test_the_compass_walks_in_single_support_as_its_script_states(settings):
-    """Without margins the impulse is on its cone and a slip ends immediately, so that no replay is the plan."""
+    """Without margins the impulse is on its cone and a slip ends immediately, so that no replay matches the plan."""
     gait = verify_planar(solve_planar(call_script(ROOT / "problems" / "compass_double_support.py", settings)))
     assert gait.status.ok
     assert gait.verification.passed, gait.verification.reasons
