@@ -149,7 +149,7 @@ def test_invalid_problems_are_refused(fields, message):
 
 
 def test_steps_of_different_robots_are_refused():
-    with pytest.raises(InputError, match="different robot"):
+    with pytest.raises(InputError, match=r"differs from steps\[0\] in its robot or in the parameters"):
         MultiStepProblem(steps=(step(), step(parameters={"hip_mass": 3.0})))
     with pytest.raises(InputError, match=r"free parameters \['leg_com'\]"):
         MultiStepProblem(steps=(step(free={"leg_com": (0.3, 0.7)}),) * 2)
