@@ -10,6 +10,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from gaitopt.errors import ArchiveError, InputError
+from gaitopt.interrupts import defer_interrupt
 
 GAIT_SUFFIXES = {".h5": "HDF5", ".hdf5": "HDF5"}
 """Suffixes of gait files, and their format."""
@@ -66,20 +67,18 @@ def write_atomically(path: str | Path, *, heading: str | None = None) -> Iterato
     >>> Path("note.txt").unlink()
     """
     target = _resolve_target(Path(path), heading)
-    temporary = _temporary(target, Path(path))
-    try:
-        yield temporary
-        _set_permissions(temporary, target)
-        _sync(temporary, os.O_RDWR)
-        temporary.replace(target)
-        if (written := _WRITTEN.get()) is not None:
-            written.append(Path(path))
-        if os.name == "posix":  # Windows cannot open a folder
-            _sync(target.parent, os.O_RDONLY)
-    except OSError as error:
-        raise ArchiveError(f"Cannot write {path}: {error.strerror or error}.") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+    with _temporary_file(target, Path(path)) as temporary:
+        try:
+            yield temporary
+            _set_permissions(temporary, target)
+            _sync(temporary, os.O_RDWR)
+            temporary.replace(target)
+            if (written := _WRITTEN.get()) is not None:
+                written.append(Path(path))
+            if os.name == "posix":  # Windows cannot open a folder
+                _sync(target.parent, os.O_RDONLY)
+        except OSError as error:
+            raise ArchiveError(f"Cannot write {path}: {error.strerror or error}.") from error
 
 
 def _resolve_target(path: Path, heading: str | None = None) -> Path:
@@ -141,7 +140,8 @@ def reserve(path: Path, size: int) -> None:
 
 def check_writable(path: str | Path, *, heading: str | None = None) -> None:
     """Raise an error if `path` may not be written, before the computation of its content; see `write_atomically`."""
-    _temporary(_resolve_target(Path(path), heading), Path(path)).unlink(missing_ok=True)
+    with _temporary_file(_resolve_target(Path(path), heading), Path(path)):
+        pass
 
 
 def check_suffix(path: Path, kinds: Mapping[str, str]) -> str:
@@ -189,7 +189,23 @@ def _is_replaceable(script: Path, heading: str | None) -> bool:
     return not script.exists() or (script.is_file() and script.read_bytes().startswith(heading.encode()))
 
 
-def _temporary(target: Path, path: Path) -> Path:
+@contextmanager
+def _temporary_file(target: Path, path: Path) -> Iterator[Path]:
+    """Yield an empty temporary file beside the file that is written for `path`; no Ctrl-C leaves it behind."""
+    temporary: Path | None = None
+    try:
+        with defer_interrupt():
+            temporary = _create_temporary(target, path)
+        yield temporary
+    finally:
+        if temporary is not None:
+            try:
+                temporary.unlink(missing_ok=True)
+            finally:  # in case a Ctrl-C has ended the first call before it removed the file
+                temporary.unlink(missing_ok=True)
+
+
+def _create_temporary(target: Path, path: Path) -> Path:
     """Create an empty temporary file beside the file that is written for `path`."""
     folder = target.parent
     if not folder.is_dir():

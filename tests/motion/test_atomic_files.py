@@ -1,7 +1,9 @@
 """Files are written whole or not at all."""
 
 import os
+import signal
 import stat
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -138,3 +140,45 @@ def test_what_is_no_regular_file_or_must_stay_is_refused(tmp_path, refuse):
     assert names(tmp_path) == ["locked.txt", "loop", "pipe"]
     assert stat.S_ISFIFO(pipe.stat().st_mode)
     assert stat.S_ISCHR(Path(os.devnull).stat().st_mode)
+
+
+@pytest.mark.parametrize("write", [write_atomically, check_writable])
+def test_an_interrupt_while_the_temporary_file_is_created_leaves_none(tmp_path, monkeypatch, write):
+    make = tempfile.mkstemp
+
+    def make_and_interrupt(**options):
+        made = make(**options)
+        signal.raise_signal(signal.SIGINT)
+        return made
+
+    monkeypatch.setattr(tempfile, "mkstemp", make_and_interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_and_enter(write, tmp_path / "result.txt")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("write", [write_atomically, check_writable])
+def test_an_interrupt_while_the_temporary_file_is_removed_leaves_none(tmp_path, monkeypatch, write):
+    remove, calls = Path.unlink, []
+
+    def interrupt_then_remove(path, **options):
+        calls.append(path)
+        if len(calls) == 1:
+            signal.raise_signal(signal.SIGINT)
+        remove(path, **options)
+
+    monkeypatch.setattr(Path, "unlink", interrupt_then_remove)
+    with pytest.raises(KeyboardInterrupt):
+        write_and_enter(write, tmp_path / "result.txt", fail=True)
+    assert [path.name for path in tmp_path.iterdir()] == []
+
+
+def write_and_enter(write, path, fail=False):
+    """Write a file, or check that it can be written; a write may fail."""
+    if write is check_writable:
+        return write(path)
+    with write(path) as temporary:
+        temporary.write_text("text")
+        if fail:
+            raise ValueError("fails")
+    return None
