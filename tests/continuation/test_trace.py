@@ -142,8 +142,8 @@ def test_multipliers_agree_with_finite_differences(compass, compass_diagram):
     branch = compass_diagram.branches[0]
     start = gaits_at(compass, compass_diagram, 0.14)[0]
     family = make_gait_family(compass.robot, start, "friction", (0.33, 0.06))
-    rng = np.random.default_rng(3)
-    for k in rng.integers(0, branch.values.size, 20):
+    checked = 0
+    for k in np.random.default_rng(3).permutation(branch.values.size):
         z, value, h = branch.states[k], branch.values[k], 2e-7
         sample = family.evaluate(z, value)
         if any(abs(point.value - value) < 1e-5 for point in branch.special):
@@ -159,6 +159,10 @@ def test_multipliers_agree_with_finite_differences(compass, compass_diagram):
         expected = np.linalg.eigvals(matrix)
         expected = expected[np.argsort(-np.abs(expected))]
         assert np.abs(expected) == pytest.approx(np.abs(branch.multipliers[k][:3]), abs=1e-5)
+        checked += 1
+        if checked == 20:
+            return
+    pytest.fail(f"only {checked} points were checked")
 
 
 @pytest.mark.slow
