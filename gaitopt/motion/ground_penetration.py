@@ -115,13 +115,24 @@ def find_penetrations(robot: "PlanarRobot", motion: PlanarMotion) -> list[Penetr
     >>> find_penetrations(monopod(), motion)
     []
     """
+    return find_penetrations_of_parts(robot, motion.parameters, list_parts(robot, motion), motion.terrain)
+
+
+def list_parts(robot: "PlanarRobot", motion: PlanarMotion) -> list[SampledPart]:
+    """Return the smooth parts of a motion.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    motion : PlanarMotion
+    """
     parts = []
     for number, segment in enumerate(motion.segments):
         names = motion.events[number].names if number < len(motion.events) else ()
         closing = frozenset(i for i, name in enumerate(robot.contact_names) if f"{name} closes" in names)
         modes = tuple(mode for _, mode in segment.state.modes)
         parts.append(SampledPart(modes, segment.time, segment.q, segment.v, closing))
-    return find_penetrations_of_parts(robot, motion.parameters, parts, motion.terrain)
+    return parts
 
 
 def find_penetrations_of_parts(
@@ -149,10 +160,10 @@ def find_penetrations_of_parts(
     contacts = [i for i, entry in enumerate(robot.contacts) if entry.conditional and not entry.is_stop]
     if not contacts:
         return []
-    sampled = [_sample(robot, values, part, terrain) for part in parts]
+    sampled = [sample_part(robot, values, part, terrain) for part in parts]
     penetrations = []
     for i in contacts:
-        for numbers, lands in _list_swings(parts, i):
+        for numbers, lands in list_swings(parts, i):
             rows = [(sampled[k][0], sampled[k][1][i], sampled[k][2][i]) for k in numbers]
             time, gap, arming = (np.concatenate(row) for row in zip(*rows, strict=True))
             below = np.flatnonzero((gap < -LEAST_PENETRATION) & (arming > 0))
@@ -171,7 +182,7 @@ def find_penetrations_of_parts(
     return penetrations
 
 
-def _list_swings(parts: Sequence[SampledPart], contact: int) -> Iterator[tuple[list[int], bool]]:
+def list_swings(parts: Sequence[SampledPart], contact: int) -> Iterator[tuple[list[int], bool]]:
     """Return the numbers of the parts of each swing of a contact, and whether it ends with the touchdown."""
     numbers: list[int] = []
     for number, part in enumerate(parts):
@@ -183,7 +194,7 @@ def _list_swings(parts: Sequence[SampledPart], contact: int) -> Iterator[tuple[l
             numbers = []
 
 
-def _sample(
+def sample_part(
     robot: "PlanarRobot", values: Mapping[str, float], part: SampledPart, terrain: Terrain | None
 ) -> tuple[Array, Array, Array]:
     """Return times, gaps and arming conditions of a part, at its samples and between them."""

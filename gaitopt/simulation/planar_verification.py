@@ -15,6 +15,7 @@ from gaitopt.motion.motion_view import name_modes
 from gaitopt.motion.planar_gait import PlanarGait, PlanarVerification
 from gaitopt.motion.planar_gait_summary import friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.motion.undecided_touchdowns import find_undecided_touchdowns
 from gaitopt.parameters import check_type
 from gaitopt.reductions import worst
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
@@ -209,6 +210,7 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
             for penetration in find_penetrations(gait.robot, walked)
             if penetration.is_touchdown_from_below
         ]
+        reasons += [one.describe_failure() for one in find_undecided_touchdowns(gait.robot, walked)]
     checks = (
         ("state after the last event", error, tolerances.state, ""),
         ("period", period_error, tolerances.period, " s"),

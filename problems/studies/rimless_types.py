@@ -86,7 +86,7 @@ def _label(axes, limits, frictions):
         if limits[0] < place[0] < limits[1]:
             axes.text(*place, text, ha="center", va="center", fontsize=11)
     axes.set(xlabel=r"slope $\alpha$ [deg]", ylabel=r"friction $\mu$", xlim=limits, ylim=(0, frictions[0]))
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper center")
 
 
 def _numbers(curves):

@@ -8,14 +8,13 @@ from gaitopt.model import compass_with_two_feet
 from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem
 from gaitopt.ocp.multicontact.early_touchdown import (
     find_early_touchdowns,
-    find_grazing_contacts,
     share_of_clearance,
 )
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
-from gaitopt.ocp.multicontact.planar_remarks import report_grazing_contacts
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
+from gaitopt.ocp.multicontact.undecided_rows import find_planned_undecided, find_rows_beside
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from tests.ocp.multicontact_examples import walk
@@ -86,15 +85,14 @@ def test_a_foot_that_has_stood_on_the_ground_is_not_below_it_because_of_its_prev
 
 
 @pytest.mark.parametrize(("gap", "angles", "count"), [(1e-8, AHEAD, 1), (1e-8, BEHIND, 0), (1e-3, AHEAD, 0)])
-def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_is_a_warning(planned, gap, angles, count):
+def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_grazes_it(planned, gap, angles, count):
     problem, transcription, _ = planned
     x = place_foot(planned, [0.03, 0.02, 0.02, 0.02, gap, 0.01, 0.0], angles)
-    sentences = report_grazing_contacts(find_grazing_contacts(transcription, problem.values, x))
-    assert len(sentences) == count
-    assert all(
-        sentence.startswith("contact 'foot B' is on the ground and armed in phase 2 (foot A stick)")
-        for sentence in sentences
-    )
+    grazes = find_planned_undecided(transcription, problem.values, x)
+    assert [(graze.contact, graze.part) for graze in grazes] == [("foot B", 1)] * count
+    rows = find_rows_beside(transcription, x, grazes, 0.001)
+    assert len(rows) == 2 * count
+    assert all(transcription.constraints.entries[row][1].of == "foot B" for row in rows)
 
 
 def test_the_bounds_after_an_early_touchdown_change_with_the_clearance():

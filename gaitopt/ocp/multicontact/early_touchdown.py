@@ -18,9 +18,6 @@ BISECTIONS = 40
 BELOW = 1e-9
 """Depth [m] from which a contact is below the ground."""
 
-GRAZING = 1e-6
-"""Largest gap [m] at which a free contact is on the ground."""
-
 
 def find_early_touchdowns(
     transcription: PlanarTranscription, values: dict[str, float], x: Array, clearance: float
@@ -65,36 +62,6 @@ def find_early_touchdowns(
             if first < gap.size and gap[-1] < -BELOW:
                 below.add(i)
     return rows
-
-
-def find_grazing_contacts(
-    transcription: PlanarTranscription, values: dict[str, float], x: Array
-) -> list[tuple[str, GridPhase]]:
-    """Return the free contacts that are on the ground while armed but do not pass through it, with their phases.
-
-    The least gap between lift-off and touchdown is then zero, so a replay may end the step there.
-
-    Parameters
-    ----------
-    transcription : PlanarTranscription
-    values : dict
-        Every parameter by name.
-    x : (n_variables,) array
-        Decision vector.
-    """
-    robot, grazing = transcription.structure.robot, list[tuple[str, GridPhase]]()
-    p = robot.vector(values)
-    for phase in transcription.phases:
-        part, (q, v, _, _) = sample_phase(transcription, phase, x)
-        gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
-        for i in conditional_contacts(robot):
-            gap, end = gaps[i], -1 if i in phase.closing() else None
-            is_least = (gap <= np.append(np.inf, gap[:-1])) & (gap <= np.append(gap[1:], np.inf))
-            least = np.flatnonzero((is_least & (np.abs(gap) < GRAZING))[:end])
-            armed = any(k > 0 and float(robot.arming(q[:, k], v[:, k], p)[i]) > 0 for k in least.tolist())
-            if phase.state[i] is Mode.FREE and armed:
-                grazing.append((robot.contact_names[i], phase))
-    return grazing
 
 
 def _is_armed(robot: PlanarRobot, p: Array, contact: int, curve: CubicHermiteSpline, span: Array) -> bool:

@@ -7,20 +7,21 @@ import numpy as np
 from gaitopt.locks import cached_property
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns, find_grazing_contacts
+from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown
+from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
 from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_remarks import (
     find_least_forces,
     find_worst_phase,
     report_early_touchdowns,
-    report_grazing_contacts,
     report_inaccuracy,
     report_penetrations,
     report_shortest_phases,
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.multicontact.touchdown_from_below import find_planned_penetrations, find_rows_below
+from gaitopt.ocp.multicontact.undecided_rows import find_planned_undecided, find_rows_beside
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.reductions import worst
@@ -78,6 +79,13 @@ class GridResult:
             return ()
         return tuple(find_planned_penetrations(self.transcription, self.values, self.outcome.x))
 
+    @cached_property
+    def undecided_touchdowns(self) -> tuple[UndecidedTouchdown, ...]:
+        """Touchdowns that rounding errors decide; see `find_planned_undecided`."""
+        if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
+            return ()
+        return tuple(find_planned_undecided(self.transcription, self.values, self.outcome.x))
+
     @property
     def touchdowns_from_below(self) -> tuple[Penetration, ...]:
         """Those of the penetrations after which the contact touches down from below."""
@@ -89,14 +97,15 @@ class GridResult:
         return bool(self.early_touchdowns or self.touchdowns_from_below)
 
     def list_raised_rows(self) -> dict[int, float]:
-        """Return the rows of gaps that are negative because of invalid touchdowns, early ones first, and their bounds.
+        """Return the rows of gaps that are too small because of invalid touchdowns or grazes, and their bounds.
 
-        Without its early touchdowns, a plan may have no touchdown from below.
+        Early touchdowns are first: without them, a plan may have no touchdown from below and no graze.
         """
-        if self.early_touchdowns or not self.touchdowns_from_below:
+        if self.early_touchdowns or not (self.touchdowns_from_below or self.undecided_touchdowns):
             return self.early_touchdowns
         transcription, x, clearance = self.transcription, self.outcome.x, self.problem.limits.clearance
-        return find_rows_below(transcription, self.values, x, self.touchdowns_from_below, clearance)
+        rows = find_rows_below(transcription, self.values, x, self.touchdowns_from_below, clearance)
+        return rows | find_rows_beside(transcription, x, self.undecided_touchdowns, clearance)
 
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
@@ -114,8 +123,8 @@ class GridResult:
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
         remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
-        grazing = find_grazing_contacts(self.transcription, self.values, self.outcome.x)
-        remarks += report_grazing_contacts(grazing if not remarks else ())
+        if not remarks:
+            remarks += [f"{undecided.describe_failure()}." for undecided in self.undecided_touchdowns]
         remarks += report_penetrations(self.penetrations)
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
             phase = find_worst_phase(self.transcription, self.errors)

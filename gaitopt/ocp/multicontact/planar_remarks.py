@@ -115,22 +115,6 @@ def report_early_touchdowns(
     )
 
 
-def report_grazing_contacts(grazing: Sequence[tuple[str, GridPhase]]) -> tuple[str, ...]:
-    """Return a sentence for each armed contact that is on the ground in the middle of a phase in which it is free.
-
-    Parameters
-    ----------
-    grazing : sequence of (str, GridPhase)
-        From :func:`~gaitopt.ocp.multicontact.early_touchdown.find_grazing_contacts`.
-    """
-    return tuple(
-        f"contact {contact!r} is on the ground and armed in {phase.place().label}, before its planned touchdown, so a "
-        "replay may end the step there: use a larger threshold in `armed` of the contact, or a larger "
-        "PlanarLimits.clearance."
-        for contact, phase in grazing
-    )
-
-
 def report_penetrations(penetrations: Sequence[Penetration]) -> tuple[str, ...]:
     """Return a sentence for each contact that is below the ground while armed; small depths are left out.
 

@@ -26,7 +26,7 @@ def find_planned_penetrations(
     x : (n_variables,) array
         Decision vector.
     """
-    return find_penetrations_of_parts(transcription.structure.robot, values, _sample_phases(transcription, x))
+    return find_penetrations_of_parts(transcription.structure.robot, values, sample_phases(transcription, x))
 
 
 def find_rows_below(
@@ -50,7 +50,7 @@ def find_rows_below(
     penetrations : sequence of Penetration
     clearance : float [m]
     """
-    robot, parts, rows = transcription.structure.robot, _sample_phases(transcription, x), dict[int, float]()
+    robot, parts, rows = transcription.structure.robot, sample_phases(transcription, x), dict[int, float]()
     p, times = robot.vector(values), np.concatenate([part.time for part in parts])
     for penetration in penetrations:
         i, start = robot.contact_index(penetration.contact), times[times < penetration.begin].max(initial=0.0)
@@ -68,8 +68,15 @@ def find_rows_below(
     return rows
 
 
-def _sample_phases(transcription: PlanarTranscription, x: Array) -> list[SampledPart]:
-    """Return the samples of all phases of a plan."""
+def sample_phases(transcription: PlanarTranscription, x: Array) -> list[SampledPart]:
+    """Return the samples of all phases of a plan.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    x : (n_variables,) array
+        Decision vector.
+    """
     parts, begin = list[SampledPart](), 0.0
     for phase in transcription.phases:
         fractions, (q, v, _, _) = sample_phase(transcription, phase, x)
