@@ -14,7 +14,7 @@ from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, p
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
-from gaitopt.ocp.multicontact.undecided_rows import find_planned_undecided, find_rows_beside
+from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from tests.ocp.multicontact_examples import walk
@@ -88,7 +88,7 @@ def test_a_foot_that_has_stood_on_the_ground_is_not_below_it_because_of_its_prev
 def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_grazes_it(planned, gap, angles, count):
     problem, transcription, _ = planned
     x = place_foot(planned, [0.03, 0.02, 0.02, 0.02, gap, 0.01, 0.0], angles)
-    grazes = find_planned_undecided(transcription, problem.values, x)
+    grazes = find_undecided_in_plan(transcription, problem.values, x)
     assert [(graze.contact, graze.part) for graze in grazes] == [("foot B", 1)] * count
     rows = find_rows_beside(transcription, x, grazes, 0.001)
     assert len(rows) == 2 * count

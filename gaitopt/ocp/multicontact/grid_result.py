@@ -21,7 +21,7 @@ from gaitopt.ocp.multicontact.planar_remarks import (
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.multicontact.touchdown_from_below import find_planned_penetrations, find_rows_below
-from gaitopt.ocp.multicontact.undecided_rows import find_planned_undecided, find_rows_beside
+from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.reductions import worst
@@ -81,10 +81,10 @@ class GridResult:
 
     @cached_property
     def undecided_touchdowns(self) -> tuple[UndecidedTouchdown, ...]:
-        """Touchdowns that rounding errors decide; see `find_planned_undecided`."""
+        """Touchdowns that rounding errors decide; see `find_undecided_in_plan`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return ()
-        return tuple(find_planned_undecided(self.transcription, self.values, self.outcome.x))
+        return tuple(find_undecided_in_plan(self.transcription, self.values, self.outcome.x))
 
     @property
     def touchdowns_from_below(self) -> tuple[Penetration, ...]:

@@ -11,7 +11,7 @@ from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.multicontact.touchdown_from_below import sample_phases
 
 
-def find_planned_undecided(
+def find_undecided_in_plan(
     transcription: PlanarTranscription, values: dict[str, float], x: Array
 ) -> list[UndecidedTouchdown]:
     """Return the touchdowns of a plan that rounding errors decide.
