@@ -332,7 +332,7 @@ def _report(
 def _describe_resumption(path: Path | None) -> str:
     """Return how an interrupted trace is resumed from its checkpoint, or how it would have one."""
     if path is None or path.suffix.lower() != TABLE:
-        return f"With -o FILE{TABLE}, a trace has a checkpoint from which it can be resumed."
+        return f"With -o FILE{TABLE}, a trace is stored in a checkpoint, from which it can be resumed."
     return f"{describe_stored_results('trace', path)} Run the same command again to resume.".lstrip()
 
 

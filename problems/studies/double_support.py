@@ -5,7 +5,7 @@ double support, the trailing foot is dragged forward while the front foot sticks
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. All gaits keep margins
 to slip, to other outcomes of the impact and to grazing touchdowns. Percentages are the saving of double support
 relative to the better of the other two; "only" marks points where neither of them was found, and "none" those without a
-double support. Below, the work of the motors and where it goes: left bar single support, middle bar slipping landing,
+double support. Below, the work of the motors and its distribution among the losses: left bar single support, middle bar slipping landing,
 right bar double support.
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slide take

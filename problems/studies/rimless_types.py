@@ -127,9 +127,14 @@ def _remarks(curves):
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
         yield (
-            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({curve.begin}) to "
-            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({curve.end})."
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({_describe_end(curve.begin)}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({_describe_end(curve.end)})."
         )
+
+
+def _describe_end(end):
+    """Return the end of a border in words."""
+    return "end of the range" if end == "range_end" else end
 
 
 if __name__ == "__main__":

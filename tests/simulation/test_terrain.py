@@ -156,7 +156,7 @@ def test_terrain_that_changes_nothing_gives_the_same_walk():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"steps": [(0, 0.1), (0, 0.2)]}, "different places"),
+        ({"steps": [(0, 0.1), (0, 0.2)]}, "different positions"),
         ({"steps": [(0.1,)]}, r"sequence of \(place, rise\)"),
         ({"steps": 3}, "got 3"),
         ({"steps": [(1.0, True)]}, "with finite places, got"),
