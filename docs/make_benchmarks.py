@@ -20,8 +20,8 @@ its users would write it. To repeat the measurements:
     python docs/make_benchmarks.py
 
 A tool that is not installed is omitted. The files are run separately, because the imports of other tools slow down
-the others. Times are processor times, because the machine had other load. The two measurements of a pair alternate. The
-tables give the median with the quartiles in parentheses; values without quartiles were measured once.
+the others. Times are processor times, because other programs ran on the machine. The two measurements of a pair
+alternate. The tables give the median with the quartiles in parentheses; values without quartiles were measured once.
 """
 
 BESIDE = """## Comparison with other tools
@@ -74,7 +74,7 @@ are smaller only above about 27 and 70 links, respectively. The number of operat
 differs by at most 30 % from that in the table on 12 intervals.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
-and processes larger ones at a higher rate. From 5 to 21 links, measured once on a machine with other load, the time of
+and processes larger ones at a higher rate. From 5 to 21 links, measured once while other programs ran, the time of
 one factorisation grows with the exponent 1.21 on 4 intervals and 1.47 on 12, that of one solution with the factors with
 0.94 and 1.31, and that of the remaining parts of an iteration with at most 0.8. The evaluation of the functions takes
 4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations at 5, 9 and 13 links and 2.4 at 21,
@@ -99,7 +99,7 @@ the last NLP only.
 ROBOTS = """## Other robots
 
 Processor time to solve and verify the gait of each problem script at default accuracy, without imports, measured once
-by `python docs/make_gallery.py` on a machine with other load:
+by `python docs/make_gallery.py` while other programs ran:
 """
 
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;

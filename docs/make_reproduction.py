@@ -1,6 +1,6 @@
 """Write the pages reproduction, frontiers and slipping_contacts of docs with their figures, from problems/studies.
 
-Run it with ``python docs/make_reproduction.py``; it takes a few minutes with the fast engine.  ``python
+Run it with ``python docs/make_reproduction.py``; it takes a few minutes with the heyoka engine.  ``python
 docs/make_reproduction.py frontiers`` writes one page only.
 """
 

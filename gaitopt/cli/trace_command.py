@@ -177,7 +177,7 @@ def _open_checkpoint(
     facts["law"] = getattr(request.feedback, "keywords", None)
     checkpoint = Checkpoint(output.with_name(output.name + SUFFIX), facts)
     if checkpoint.stored and not hidden:
-        err.print(f"Continuing from {checkpoint.path.name}, with {checkpoint.stored} corrections.", soft_wrap=True)
+        err.print(f"Resuming from {checkpoint.path.name}, with {checkpoint.stored} corrector steps.", soft_wrap=True)
     return checkpoint
 
 

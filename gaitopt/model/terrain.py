@@ -62,7 +62,7 @@ class Terrain:
     Parameters
     ----------
     steps : sequence of (position, rise)
-        Places along the ground and changes of the height there [m]; a negative rise is a step down.
+        Positions along the ground and changes of the height there [m]; a negative rise is a step down.
     patches : sequence of (begin, end, friction)
         First and last position of each patch [m], and its coefficient of kinetic friction.
     ramps : sequence of (begin, end, rise)

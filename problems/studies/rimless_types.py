@@ -126,9 +126,10 @@ def _remarks(curves):
     """Yield how each border ends."""
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
+        begin, end = _describe_end(curve.begin), _describe_end(curve.end)
         yield (
-            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({_describe_end(curve.begin)}) to "
-            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({_describe_end(curve.end)})."
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({begin}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({end})."
         )
 
 
