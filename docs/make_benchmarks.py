@@ -91,7 +91,7 @@ problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 
 """
 
 FIVE_LINKS = """The walker with five links of RABBIT's size that slips at touchdown (friction 0.2, 0.7 m/s, step length
-0.4 m, 12 intervals in each phase), beside a plain script with CasADi's Opti: time to build and solve the same NLP of
+0.4 m, 12 intervals in each phase), and a plain script with CasADi's Opti: time to build and solve the same NLP of
 four points per interval, and at default accuracy, where gaitopt adds points from four to six while the script solves
 the last NLP only.
 """

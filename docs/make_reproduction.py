@@ -50,6 +50,11 @@ unit of the last printed digit unless another value is stated. thd and xd are th
 foot position x, a star denotes a periodic gait immediately after its impact, and
 tau_c = sqrt((m l^2 + I_c) / (m g l)).
 
+The gaits have the names of the paper. Rimless wheel: in Type A the foot sticks throughout; in Type B it sticks at the
+impact and slips within the step; in Type C it slips at the impact, sticks, and slips again; in Type D it slips
+throughout. Passive compass biped: in Gait A the foot sticks throughout; in Gait B it sticks at the impact and slips
+within the step; in Gait C it slips forward at the impact.
+
 `python docs/make_reproduction.py` writes this page by running the scripts in `problems/studies`, here with the {engine}
 engine. Each script can also be run separately: `python problems/studies/NAME.py`.
 
