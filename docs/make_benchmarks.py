@@ -55,8 +55,8 @@ NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to 
 (half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
 and checks between nodes. It takes 0.76 of the processor time and 0.73 of the wall time of revision 183f18f (medians of
 15 pairs of runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without bytecode); other packages, Ipopt and
-the linear program alone take 0.4. Derivatives are not stored on disk: the command builds its own in 32 ms, and CasADi would take
-24 ms to identify and read stored ones.
+the linear program alone take 0.4. Derivatives are not stored on disk: the command builds its own in 32 ms, and CasADi
+would take 24 ms to identify and read stored ones.
 """
 
 
