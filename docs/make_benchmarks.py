@@ -20,8 +20,8 @@ its users would write it. To repeat the measurements:
     python docs/make_benchmarks.py
 
 A tool that is not installed is omitted. The files are run separately, because the imports of other tools slow down
-the others. Times are processor times, because the machine had other load. The two measurements of a pair alternate. The
-tables give the median with the quartiles in parentheses; values without quartiles were measured once.
+the others. Times are processor times, because other programs ran on the machine. The two measurements of a pair
+alternate. The tables give the median with the quartiles in parentheses; values without quartiles were measured once.
 """
 
 BESIDE = """## Comparison with other tools
@@ -52,11 +52,11 @@ to 1.28 times (medians of three series of 57 pairs, 2026-11-23, load 15).
 
 The command `gaitopt solve problems/compass_slip.py` takes 1.1 s of processor time: 30 % in Ipopt (87 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
-(half of it for a linear program), 4 % each for the replay and for file and table, and 8 % for guesses and checks
-between nodes. It takes 0.76 of the processor time and 0.73 of the wall time of revision 183f18f (medians of 15 pairs of
-runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without bytecode); other packages, Ipopt and the linear
-program alone take 0.4. Derivatives are not stored on disk: the command builds its own in 32 ms, and CasADi would take
-24 ms to identify and read stored ones.
+(half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
+and checks between nodes. It takes 0.76 of the processor time and 0.73 of the wall time of revision 183f18f (medians of
+15 pairs of runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without bytecode); other packages, Ipopt and
+the linear program alone take 0.4. Derivatives are not stored on disk: the command builds its own in 32 ms, and CasADi
+would take 24 ms to identify and read stored ones.
 """
 
 
@@ -74,7 +74,7 @@ are smaller only above about 27 and 70 links, respectively. The number of operat
 differs by at most 30 % from that in the table on 12 intervals.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
-and processes larger ones at a higher rate. From 5 to 21 links, measured once on a machine with other load, the time of
+and processes larger ones at a higher rate. From 5 to 21 links, measured once while other programs ran, the time of
 one factorisation grows with the exponent 1.21 on 4 intervals and 1.47 on 12, that of one solution with the factors with
 0.94 and 1.31, and that of the remaining parts of an iteration with at most 0.8. The evaluation of the functions takes
 4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations at 5, 9 and 13 links and 2.4 at 21,
@@ -91,7 +91,7 @@ problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 
 """
 
 FIVE_LINKS = """The walker with five links of RABBIT's size that slips at touchdown (friction 0.2, 0.7 m/s, step length
-0.4 m, 12 intervals in each phase), beside a plain script with CasADi's Opti: time to build and solve the same NLP of
+0.4 m, 12 intervals in each phase), and a plain script with CasADi's Opti: time to build and solve the same NLP of
 four points per interval, and at default accuracy, where gaitopt adds points from four to six while the script solves
 the last NLP only.
 """
@@ -99,7 +99,7 @@ the last NLP only.
 ROBOTS = """## Other robots
 
 Processor time to solve and verify the gait of each problem script at default accuracy, without imports, measured once
-by `python docs/make_gallery.py` on a machine with other load:
+by `python docs/make_gallery.py` while other programs ran:
 """
 
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;

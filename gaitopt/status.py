@@ -96,7 +96,7 @@ class Stop(Enum):
         "there."
     )
     UNEVEN = "A rigid foot would stand on two heights of the ground; the simulation ends there."
-    JAM = "The sliding contacts jam: their forces are not determined together; the simulation ends there."
+    JAM = "The sliding contacts jam: their slip is not well posed; the simulation ends there."
 
     @property
     def key(self) -> str:

@@ -80,7 +80,7 @@ def basin(
     found, and in all other cases it is 0.  The file of results contains these values.
 
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
-    rates that are not stated change as little as possible, such that its feet stand on the ground.
+    rates that are not stated change as little as possible, so that its feet stand on the ground.
 
     For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
     values of its parameter, and the smallest fatal push of each gait is reported.

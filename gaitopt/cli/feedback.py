@@ -170,7 +170,7 @@ def push(
 ) -> None:
     """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
 
-    A push changes angles and rates after a touchdown in a random direction; all seeded pushes of a size must be
+    A push changes angles and rates after a touchdown in a random direction; all random pushes of a size must be
     survived.  The slope changes for all steps.  The loss of friction, called friction patch in the results, lasts five
     steps in the middle of the walk; --patch of 'gaitopt simulate' states the friction itself instead.  The noise acts
     on each torque, and the delay is the age of the state that the law receives.

@@ -102,7 +102,7 @@ Rise = Annotated[
     list[str] | None,
     typer.Option(
         "--rise",
-        metavar="PLACE:HEIGHT",
+        metavar="POSITION:HEIGHT",
         help="Change of the height of the ground at a position along it [m]; negative downwards (repeatable).",
     ),
 ]
@@ -171,7 +171,8 @@ Sequences = Annotated[
         "--sequences",
         "--words",
         metavar="SEQUENCE,...",
-        help="Contact sequences to compare; any for all sequences of at most two phases, any:3 of at most three.",
+        help="Contact sequences to compare; any for all sequences of at most two phases, any:3 of at most three. "
+        "--words is the former name of this option.",
         show_default="the sequence of the script",
     ),
 ]
@@ -228,7 +229,8 @@ Sensitivity = Annotated[
 Frictions = Annotated[
     list[float] | None,
     typer.Option(
-        "--friction", help="Additional friction coefficient for which to tune (repeatable); the worst case counts."
+        "--friction",
+        help="Additional friction coefficient for which to tune (repeatable); the worst case is minimised.",
     ),
 ]
 PushRadius = Annotated[

@@ -90,7 +90,7 @@ def verdict_text(text: str, good: bool) -> Text:
 def exit_incomplete(command: str, output: Path | None) -> NoReturn:
     """End with the exit status of a study that was interrupted, or could not compute every point."""
     if output is None:
-        err.print("Incomplete. With -o FILE it can be resumed.")
+        err.print("Incomplete. With -o FILE, an incomplete study can be resumed.")
     else:
         stored = describe_stored_results(command, output)
         sentences = ("Incomplete.", stored, "Run the same command again to resume.")

@@ -58,7 +58,7 @@ def pareto(
     """Compute the Pareto front of gaits between the cost and other quantities, and mark its knee.
 
     The cost is minimised at each of several bounds on a quantity, warm-started from both ends of the front; every gait
-    is replayed.  Exit status 0 if there is a gait, 1 otherwise.
+    is replayed.  Exit status 0 if a gait was found, 1 otherwise.
 
     Example: gaitopt pareto problems/compass_slip.py --objectives cost,peak_torque -o front.nc --figure front.png
     """

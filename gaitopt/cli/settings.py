@@ -77,7 +77,7 @@ def read_numbers(settings: list[str] | None, option: str) -> dict[str, float]:
 
 
 def read_terrain(rises: list[str] | None, patches: list[str] | None) -> Terrain | None:
-    """Return the terrain of ``PLACE:HEIGHT`` steps and ``BEGIN:END:FRICTION`` patches, or None if there are none.
+    """Return the terrain of ``POSITION:HEIGHT`` steps and ``BEGIN:END:FRICTION`` patches, or None if there are none.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_terrain(rises: list[str] | None, patches: list[str] | None) -> Terrain 
     """
     if not rises and not patches:
         return None
-    steps = [_read_colons(text, "--rise", "PLACE:HEIGHT") for text in rises or []]
+    steps = [_read_colons(text, "--rise", "POSITION:HEIGHT") for text in rises or []]
     bands = [_read_colons(text, "--patch", "BEGIN:END:FRICTION") for text in patches or []]
     return Terrain(steps=steps, patches=bands)
 

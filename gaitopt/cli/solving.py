@@ -86,7 +86,7 @@ def solve(
     """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
 
     If no gait is found, SCRIPT_failed.h5 is written, which contains robot and problem: gaitopt solve SCRIPT_failed.h5
-    repeats it, without the script.
+    repeats the solve without the script.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 

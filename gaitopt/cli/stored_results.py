@@ -112,11 +112,11 @@ def _describe_basin(output: Path) -> str:
 
 
 def _describe_trace(output: Path) -> str:
-    """Return how many corrections are kept in the checkpoint of a trace."""
+    """Return how many corrector steps are kept in the checkpoint of a trace."""
     checkpoint = output.with_name(output.name + SUFFIX)
     lines = checkpoint.read_text(encoding="utf-8").count("\n") if checkpoint.is_file() else 0
     stored = max(0, lines - 1)  # the first line identifies the trace
-    return _state_place(_count(stored, "correction"), stored, checkpoint) if stored else ""
+    return _state_place(_count(stored, "corrector step"), stored, checkpoint) if stored else ""
 
 
 def _describe_audit(output: Path) -> str:

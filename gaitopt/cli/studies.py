@@ -106,7 +106,7 @@ def sweep(
 ) -> None:
     """Find the optimal gait of each contact sequence at every point of a grid.
 
-    The sweep may be interrupted: the same command resumes it.  Exit status 0 if there is a gait, 1 otherwise.
+    The sweep may be interrupted: the same command resumes it.  Exit status 0 if a gait was found, 1 otherwise.
 
     Example: gaitopt sweep problems/compass_slip.py --over friction=0.1:0.25:26 -o frontier.nc
 

@@ -177,7 +177,7 @@ def _open_checkpoint(
     facts["law"] = getattr(request.feedback, "keywords", None)
     checkpoint = Checkpoint(output.with_name(output.name + SUFFIX), facts)
     if checkpoint.stored and not hidden:
-        err.print(f"Continuing from {checkpoint.path.name}, with {checkpoint.stored} corrections.", soft_wrap=True)
+        err.print(f"Resuming from {checkpoint.path.name}, with {checkpoint.stored} corrector steps.", soft_wrap=True)
     return checkpoint
 
 
@@ -332,7 +332,7 @@ def _report(
 def _describe_resumption(path: Path | None) -> str:
     """Return how an interrupted trace is resumed from its checkpoint, or how it would have one."""
     if path is None or path.suffix.lower() != TABLE:
-        return f"With -o FILE{TABLE}, a trace has a checkpoint from which it can be resumed."
+        return f"With -o FILE{TABLE}, a trace is stored in a checkpoint, from which it can be resumed."
     return f"{describe_stored_results('trace', path)} Run the same command again to resume.".lstrip()
 
 

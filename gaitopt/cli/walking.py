@@ -55,8 +55,8 @@ def stability(
 ) -> None:
     """Find the periodic gaits of a walker, or take a saved gait, and compute their exact multipliers.
 
-    A saved gait is assessed in open loop, with its torques replayed, or under the given feedback law; so is the gait
-    of a script that optimises a robot with several contacts.
+    A saved gait, or the optimal gait of a script that returns a PlanarProblem, is assessed in open loop, with its
+    torques replayed, or under the given feedback law.
 
     Exit status 0 if a gait was found (stable or not), 1 if none was.
 
@@ -109,8 +109,8 @@ def simulate(
 ) -> None:
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
-    A saved gait is simulated in open loop, with its torques replayed, or under the given feedback law; so is the gait
-    of a script that optimises a robot with several contacts.
+    A saved gait, or the optimal gait of a script that returns a PlanarProblem, is simulated in open loop, with its
+    torques replayed, or under the given feedback law.
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground

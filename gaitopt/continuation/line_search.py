@@ -138,7 +138,7 @@ class LineSearch:
             return NOT_FOUND
         start, before, special = located
         if name_structure(start.sample.structure) != last.special.before:
-            return f"the gait before it becomes '{name_structure(start.sample.structure)}'"
+            return f"the sequence before the special point becomes '{name_structure(start.sample.structure)}'"
         if special.kind is last.special.kind and special.before == last.special.before:
             return special.value, special, before.z
         return f"meets {special.kind.label}"

@@ -38,19 +38,19 @@ class Law:
         Torque before its limits [N m], built by :func:`gaitopt.control.control_function`.  Laws with the same
         expressions share one Function whatever their numbers, so derivatives and compiled code are created once.
     breakpoints : (K,) array [s, or rad]
-        Start of each piece, in the clock or in the entry `index` of the state; the last piece has no end.
+        Start of each interval, in the clock or in the entry `index` of the state; the last one has no end.
     table : (n_d, K) array
-        Data of each piece.
+        Data of each interval.
     gains : mapping of str to int
-        Rows of the table that contain a gain, equal in every piece.
+        Rows of the table that contain a gain, equal in every interval.
     memory : Memory
         Latched values and events; by default there are none.
     limited : bool
         Whether the torque is limited; the limits are the last n_u rows of the table.
     index : int or None
-        Entry of the state (q, v, latched) that decides the piece; None for the clock.  With an entry, the first two
-        rows of the table are the bounds of each piece, and the output `bounds` of `control` is the distance to both, at
-        whose zeros engines stop.
+        Entry of the state (q, v, latched) that determines the interval; None for the clock.  With an entry, the first
+        two rows of the table are the bounds of each interval, and the output `bounds` of `control` is the distance to
+        both, at whose zeros engines stop.
     gain_matrices : tuple of GainMatrix
         Positions of the matrices of a linear feedback in the table.
 

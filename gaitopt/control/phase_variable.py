@@ -64,7 +64,7 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
         raise InputError(f"Robot {robot.name!r} has no angle {name!r}. {suggest(name, robot.angles)}")
     if law.index is not None:
         raise InputError(
-            f"The law must have pieces that depend on the clock; those of {law.name!r} depend on the state."
+            f"The law must be divided into intervals of the clock; those of {law.name!r} depend on the state."
         )
     index, plan = robot.angles.index(name), reference(robot, motion)
     _check_increasing(plan, index, name)

@@ -102,7 +102,7 @@ def _advise_bounds(family: Family) -> str:
         return ""
     examples = ", ".join(f"{name}=({0.99 * value:.4g}, {1.01 * value:.4g})" for name, value in exact.items())
     return (
-        f"; with one torque profile, all gaits rarely have exactly the same {' and '.join(exact)}: state bounds "
+        f"; gaits that share their torques can rarely have exactly the same {' and '.join(exact)}: state bounds "
         f"such as {examples}"
     )
 

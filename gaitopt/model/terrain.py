@@ -1,4 +1,4 @@
-"""Terrain: steps, ramps and patches of other friction as functions of the place along the ground."""
+"""Terrain: steps, ramps and patches of other friction as functions of the position along the ground."""
 
 import bisect
 import itertools
@@ -21,15 +21,15 @@ class Piece(NamedTuple):
     Attributes
     ----------
     begin, end : float [m]
-        Its places along the ground; infinite for the first and the last piece.
+        First and last position along the ground; infinite for the first and the last piece.
     height : float [m]
-        Height at the place `begin`; of the first piece, everywhere.
+        Height at the position `begin`; of the first piece, everywhere.
     friction : float or None
         Coefficient of kinetic friction; None where it is the parameter ``friction``.
     grade : float
         Rise over distance, 0 unless it is part of a ramp.
     level : float [m]
-        Height at place 0 of the extended piece, the same for all parts of a straight ramp.
+        Height at position 0 of the extended piece, the same for all parts of a straight ramp.
     """
 
     begin: float
@@ -41,7 +41,7 @@ class Piece(NamedTuple):
 
     @property
     def line(self) -> tuple[float, float]:
-        """Height at place 0 of the extended piece [m], and its grade."""
+        """Height at position 0 of the extended piece [m], and its grade."""
         return self.level, self.grade
 
     @property
@@ -61,17 +61,17 @@ class Terrain:
 
     Parameters
     ----------
-    steps : sequence of (place, rise)
-        Places along the ground and changes of the height there [m]; a negative rise is a step down.
+    steps : sequence of (position, rise)
+        Positions along the ground and changes of the height there [m]; a negative rise is a step down.
     patches : sequence of (begin, end, friction)
-        First and last place of each patch [m], and its coefficient of kinetic friction.
+        First and last position of each patch [m], and its coefficient of kinetic friction.
     ramps : sequence of (begin, end, rise)
-        First and last place of each ramp [m], and the change of the height along it [m].
+        First and last position of each ramp [m], and the change of the height along it [m].
 
     Raises
     ------
     InputError
-        If a number is invalid, two steps are at one place, or patches overlap.
+        If a number is invalid, two steps are at one position, or patches overlap.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Terrain:
     ramps: Sequence[tuple[float, float, float]] = ()
 
     def __post_init__(self) -> None:
-        steps = _read_rows("steps", "(place, rise)", self.steps, 2)
+        steps = _read_rows("steps", "(position, rise)", self.steps, 2)
         patches = _read_rows("patches", "(begin, end, friction)", self.patches, 3)
         ramps = _read_rows("ramps", "(begin, end, rise)", self.ramps, 3)
         object.__setattr__(self, "steps", tuple(sorted(steps)))
@@ -93,7 +93,7 @@ class Terrain:
         object.__setattr__(self, "patches", tuple(sorted(patches)))
         places = [place for place, _ in self.steps]
         if len(set(places)) < len(places):
-            raise InputError(f"Terrain.steps must have different places, got {places}.")
+            raise InputError(f"Terrain.steps must have different positions, got {places}.")
         _check_order("patch", "Patches", self.patches)
         _check_order("ramp", "Ramps", self.ramps)
         for _, _, friction in self.patches:
@@ -115,11 +115,11 @@ class Terrain:
         )
 
     def piece_at(self, place: float) -> int:
-        """Return the number of the piece at a place; a change belongs to the piece that begins there."""
+        """Return the number of the piece at a position; a change belongs to the piece that begins there."""
         return bisect.bisect_right([piece.end for piece in self.pieces[:-1]], place)
 
     def height(self, place: float) -> float:
-        """Return the height at a place [m]."""
+        """Return the height at a position [m]."""
         height = sum((rise for at, rise in self.steps if at <= place), 0.0)
         for begin, end, rise in self.ramps:
             height += rise * min(max((place - begin) / (end - begin), 0.0), 1.0)
@@ -134,7 +134,7 @@ class Terrain:
         return next((friction for begin, end, friction in self.patches if begin <= place < end), None)
 
     def _level(self, place: float) -> float:
-        """Return the height at place 0 of the extended ground at a place [m], from the begin of a ramp."""
+        """Return the height at position 0 of the extended ground at a position [m], from the start of a ramp."""
         ramp = next((begin for begin, end, _ in self.ramps if begin <= place < end), None)
         if ramp is None:
             return self.height(place)
@@ -207,7 +207,7 @@ def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
     except (TypeError, ValueError):
         numbers = None
     if numbers is None or any(len(row) != size or not all(map(math.isfinite, row[:2])) for row in numbers):
-        raise InputError(f"Terrain.{name} must be a sequence of {form} in m, with finite places, got {rows!r}.")
+        raise InputError(f"Terrain.{name} must be a sequence of {form} in m, with finite positions, got {rows!r}.")
     return numbers
 
 

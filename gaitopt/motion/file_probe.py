@@ -42,7 +42,7 @@ def read_all(path: str) -> None:
     Raises
     ------
     ArchiveError
-        If the structure of the file is refused.
+        If the structure of the file is rejected.
     """
     with h5py.File(path, "r") as file:
         check_structure(file)

@@ -35,21 +35,21 @@ def check_structure(group: h5py.Group, *, omit: Container[str] = ()) -> None:
     ...     check_structure(file)
     Traceback (most recent call last):
     ...
-    gaitopt.errors.ArchiveError: note.h5 is refused: /angle is a link to another place or file.
+    gaitopt.errors.ArchiveError: note.h5 is rejected: /angle is a link to another place or file.
     """
     path, declared = group.file.filename, 0
     allowed = LARGEST + EXPANSION * group.file.id.get_filesize()
     for number, dataset in enumerate(_walk(group, path, omit)):
         if dataset.is_virtual or dataset.id.get_create_plist().get_external_count():
-            raise ArchiveError(f"{path} is refused: the data of {dataset.name} is in another file.")
+            raise ArchiveError(f"{path} is rejected: the data of {dataset.name} is in another file.")
         declared += (dataset.size or 0) * dataset.dtype.itemsize
         if declared > allowed:
             raise ArchiveError(
-                f"{path} is refused: it has {group.file.id.get_filesize()} bytes, but declares more than "
+                f"{path} is rejected: it has {group.file.id.get_filesize()} bytes, but declares more than "
                 f"{allowed / 1e6:.0f} MB of data; {dataset.name} has the shape {dataset.shape}."
             )
         if number > MOST_OBJECTS:
-            raise ArchiveError(f"{path} is refused: it has more than {MOST_OBJECTS} datasets.")
+            raise ArchiveError(f"{path} is rejected: it has more than {MOST_OBJECTS} datasets.")
 
 
 def find_group(group: h5py.Group, place: str) -> h5py.Group | None:
@@ -62,7 +62,7 @@ def find_group(group: h5py.Group, place: str) -> h5py.Group | None:
     ...     find_group(file, "gaits/here")
     Traceback (most recent call last):
     ...
-    gaitopt.errors.ArchiveError: note.h5 is refused: gaits/here is a link to another place or file.
+    gaitopt.errors.ArchiveError: note.h5 is rejected: gaits/here is a link to another place or file.
     """
     for name in place.split("/"):
         if name not in group.keys():  # noqa: SIM118 - a group also contains paths
@@ -74,7 +74,7 @@ def find_group(group: h5py.Group, place: str) -> h5py.Group | None:
 
 def _require_hard_link(group: h5py.Group, name: str, place: str) -> None:
     if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise ArchiveError(f"{group.file.filename} is refused: {place} is a link to another place or file.")
+        raise ArchiveError(f"{group.file.filename} is rejected: {place} is a link to another place or file.")
 
 
 def _walk(group: h5py.Group, path: str, omit: Container[str]) -> Iterator[h5py.Dataset]:
@@ -93,10 +93,10 @@ def _walk(group: h5py.Group, path: str, omit: Container[str]) -> Iterator[h5py.D
                 continue
             seen.add(address)
             if len(seen) > MOST_OBJECTS:
-                raise ArchiveError(f"{path} is refused: it has more than {MOST_OBJECTS} groups and datasets.")
+                raise ArchiveError(f"{path} is rejected: it has more than {MOST_OBJECTS} groups and datasets.")
             if isinstance(member, h5py.Group):
                 pending.append(member)
             elif isinstance(member, h5py.Dataset):
                 yield member
             else:
-                raise ArchiveError(f"{path} is refused: {place} is neither a group nor a dataset.")
+                raise ArchiveError(f"{path} is rejected: {place} is neither a group nor a dataset.")

@@ -84,7 +84,7 @@ def is_meeting(reason: str) -> bool:
     >>> is_meeting("meets impact cone"), is_meeting("range_end")
     (True, False)
     """
-    return reason.startswith(("meets", "the gait before it becomes"))
+    return reason.startswith(("meets", "the sequence before", "the gait before it becomes"))
 
 
 def _unit(diagram: BranchDiagram, curve: SpecialCurve, number: int) -> str:

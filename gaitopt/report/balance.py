@@ -50,7 +50,7 @@ def draw_ledger(energy: Ledger) -> Element:
     height = 12 + len(entries) * ROW + 8
     zero = element("path", class_="grid", d=f"M{axis(0.0):.2f} 0V{height}")
     losses = "impact, friction and dampers" if energy.damping_loss else "impact and friction"
-    label = f"Energy of a step: in from actuators and gravity, out by {losses}"
+    label = f"Energy of a step: supplied by actuators and gravity, lost by {losses}"
     return element("svg", zero, *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=label)
 
 

@@ -84,8 +84,9 @@ def check_balance(table, label="all gaits"):
 
 def describe_work(point):
     """Return a text with the work of the motors of a gait and its terms, with three digits."""
-    parts = [f"{label.split()[-1]} {_round(point.terms.sel(term=term))}" for term, _, label, *_ in TERMS]
-    return f"{_round(point.motor_work)} J/m ({', '.join(parts)} J/m, braking counted twice)"
+    labels = {term: label.replace("2 \N{MULTIPLICATION SIGN}", "twice the") for term, _, label, *_ in TERMS}
+    parts = [f"{label} {_round(point.terms.sel(term=term))}" for term, label in labels.items()]
+    return f"{_round(point.motor_work)} J/m ({', '.join(parts)} J/m)"
 
 
 def _round(value):

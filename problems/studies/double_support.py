@@ -5,8 +5,8 @@ double support, the trailing foot is dragged forward while the front foot sticks
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. All gaits keep margins
 to slip, to other outcomes of the impact and to grazing touchdowns. Percentages are the saving of double support
 relative to the better of the other two; "only" marks points where neither of them was found, and "none" those without a
-double support. Below, the work of the motors and where it goes: left bar single support, middle bar slipping landing,
-right bar double support.
+double support. Below, the work of the motors and its distribution among the losses: left bar single support, middle bar
+slipping landing, right bar double support.
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slide take
 the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that slips
@@ -145,7 +145,8 @@ def _remarks(table):
     )
     for name in GAITS:
         one = table.sel(gait=name, step_length=step, friction=friction)
-        yield f"There, {name} costs {float(one.objective):.1f} N^2 m^2 s; its motors work {describe_work(one)}."
+        cost, work = float(one.objective), describe_work(one)
+        yield f"There, {name} costs {cost:.1f} N^2 m^2 s; the work of its motors is {work}."
 
 
 if __name__ == "__main__":

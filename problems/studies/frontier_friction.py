@@ -100,7 +100,7 @@ def _remarks(table, sequences, changes):
     )
     shortest = friction[at_minimum_duration(table.sel(sequence=SLIP))]
     if shortest.size:
-        yield f"From friction {shortest[0]:.3f}, the slip phase of `{SLIP}` has the minimum duration."
+        yield f"From friction {shortest[0]:.3f} upwards, the slip phase of `{SLIP}` has the minimum duration."
     solved = int((table.status == "solved").sum())
     yield f"{solved} of {table.status.size} gaits were found, and {int(table.verified.sum())} passed the replay."
     for sequence, at, reason in _missing(table):

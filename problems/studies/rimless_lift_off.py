@@ -1,6 +1,6 @@
 """Rimless wheel: normal force over steps with initial rates up to the onset of lift-off.
 
-With unlimited friction the foot lifts off at the end of the step.  With limited friction the foot slips before, which
+With unlimited friction the foot lifts off at the end of the step.  With limited friction the foot slips first, which
 delays lift-off: a larger initial rate is required, and the foot lifts off when the spoke is upright.
 """
 

@@ -126,10 +126,16 @@ def _remarks(curves):
     """Yield how each border ends."""
     for name, curve in curves:
         (first, low), (last, high) = curve.values[[0, -1]]
+        begin, end = _describe_end(curve.begin), _describe_end(curve.end)
         yield (
-            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({curve.begin}) to "
-            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({curve.end})."
+            f"Border '{name}': from mu = {first:.4f}, alpha = {np.degrees(low):.4f} deg ({begin}) to "
+            f"mu = {last:.4f}, alpha = {np.degrees(high):.4f} deg ({end})."
         )
+
+
+def _describe_end(end):
+    """Return the end of a border in words."""
+    return "end of the range" if end == "range_end" else end
 
 
 if __name__ == "__main__":

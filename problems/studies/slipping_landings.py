@@ -1,15 +1,16 @@
 """Landings that slip in hopping and running, as functions of friction.
 
-Left: a monopod with a spring in its leg hops at 1.5 m/s with steps of 0.6 m and the least squared hip torque and leg
-force. Right: a point mass on two telescoping legs, with feet of 5 % of its mass, runs at 1.2 m/s with steps of 1 m and
-the least positive work. The foot that lands sticks, or slips forward until it comes to rest. All gaits keep margins to
-slip, to other outcomes of the impact and to early lift-off. A hollow marker denotes a slip phase of minimum duration,
-an active bound. Below, the work of the motors and where it goes: left bar sticking, right bar slipping landing.
+Left: a monopod with a spring in its leg hops at 1.5 m/s with steps of 0.6 m and the least integral of squared hip
+torque and leg force. Right: a point mass on two telescoping legs, with feet of 5 % of its mass, runs at 1.2 m/s with
+steps of 1 m and the least positive work. The foot that lands sticks, or slips forward until it comes to rest. All gaits
+keep margins to slip, to other outcomes of the impact and to early lift-off. A hollow marker denotes a slip phase of
+minimum duration, an active bound. Below, the work of the motors and its distribution among the losses: left bar
+sticking, right bar slipping landing.
 
 A landing that sticks at low friction needs a foot that falls almost vertically, because the impulse must stay in the
-friction cone; its impact takes most of the energy of the hop. The running gaits have several local optima: the
-slipping landing of the biped at friction 0.15, which slides for more than half of its stance, belongs to another
-family than those at higher friction, so that its saving is uncertain.
+friction cone; its impact takes most of the energy of the hop. The running gaits have several local optima: the slipping
+landing of the biped at friction 0.15, which slides for more than half of its stance, is a different kind of local
+optimum from those at higher friction, so that its saving is uncertain.
 """
 
 import numpy as np
@@ -111,7 +112,7 @@ def _remarks(table):
         yield f"the largest saving is {saving[most]:.1f} %, at friction {friction[most]:g}."
         for name in LINES:
             one = table.sel(gait=name).isel(friction=most)
-            yield f"there, the motors of the gait with {name} work {describe_work(one)}."
+            yield f"there, the work of the motors of the gait with {name} is {describe_work(one)}."
     yield from describe_gaits(table)
 
 

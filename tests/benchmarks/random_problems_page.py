@@ -68,7 +68,7 @@ def summarise(results, best):
     near = sum(value is not None and value <= NEAR for value in compared)
     agreeing = sum(disagreement(row) is not None and disagreement(row) <= AGREEMENT for row in solved)
     lines = [
-        f"- solved: {len(solved)} of {len(rows)}; solved, but refused by the replay: {len(refused)}",
+        f"- solved: {len(solved)} of {len(rows)}; solved, but failed in the replay: {len(refused)}",
         f"- within {100 * NEAR:g} % of the best known cost: {near} of {len(compared)} with a known gait",
         f"- minimised, planned and replayed cost within {AGREEMENT:g} of each other: {agreeing} of {len(solved)}",
     ]

@@ -116,10 +116,10 @@ def test_an_interrupted_basin_without_a_file_wrote_nothing(command, root, monkey
     assert (run.status, run.err.strip().splitlines()[-1]) == (130, "Interrupted; nothing was written.")
 
 
-@pytest.mark.parametrize(("corrections", "kept"), [(0, ""), (1, "1 correction is"), (7, "7 corrections are")])
-def test_the_corrections_of_a_trace_are_counted(tmp_path, corrections, kept):
+@pytest.mark.parametrize(("steps", "kept"), [(0, ""), (1, "1 corrector step is"), (7, "7 corrector steps are")])
+def test_the_corrector_steps_of_a_trace_are_counted(tmp_path, steps, kept):
     path = tmp_path / f"branch.nc{checkpoint.SUFFIX}"
-    path.write_text("{}\n" * (1 + corrections) + "{")  # the last line was being written
+    path.write_text("{}\n" * (1 + steps) + "{")  # the last line was being written
     text = stored_results.describe_stored_results("trace", tmp_path / "branch.nc")
     assert text == (f"{kept} kept in {path}." if kept else "")
 

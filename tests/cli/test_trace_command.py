@@ -144,7 +144,7 @@ def test_an_interrupted_trace_is_continued_by_the_same_command(command, root, fo
     checkpoint = folder / "wheel.nc.checkpoint"
     corrections = len(checkpoint.read_text().splitlines()) - 1
     assert corrections >= 5
-    assert f"{corrections} corrections are kept in wheel.nc.checkpoint. Run the same command" in part.err
+    assert f"{corrections} corrector steps are kept in wheel.nc.checkpoint. Run the same command" in part.err
     monkeypatch.setattr(tracing, "trace_branches", follow)
     other = command(*arguments[:3], "friction=1:0.8", *arguments[4:], "wheel.nc")
     assert other.status == 2

@@ -105,7 +105,7 @@ def test_mistakes_are_explained(compass, slip_gait):
     with pytest.raises(InputError, match="no angle 'knee'"):
         by_stance_angle(compass, motion, law, angle="knee")
     indexed = by_stance_angle(compass, motion, law)
-    with pytest.raises(InputError, match=r"must have pieces that depend on the clock; those of .* depend on the state"):
+    with pytest.raises(InputError, match=r"divided into intervals of the clock; those of .* depend on the state"):
         by_stance_angle(compass, motion, indexed)
     with pytest.raises(InputError, match="clock-based law"):
         step_to_step(compass, indexed, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)

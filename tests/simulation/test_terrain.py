@@ -156,11 +156,11 @@ def test_terrain_that_changes_nothing_gives_the_same_walk():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"steps": [(0, 0.1), (0, 0.2)]}, "different places"),
-        ({"steps": [(0.1,)]}, r"sequence of \(place, rise\)"),
+        ({"steps": [(0, 0.1), (0, 0.2)]}, "different positions"),
+        ({"steps": [(0.1,)]}, r"sequence of \(position, rise\)"),
         ({"steps": 3}, "got 3"),
-        ({"steps": [(1.0, True)]}, "with finite places, got"),
-        ({"steps": [("1", 0.1)]}, "with finite places, got"),
+        ({"steps": [(1.0, True)]}, "with finite positions, got"),
+        ({"steps": [("1", 0.1)]}, "with finite positions, got"),
         ({"ramps": [(1, 0, 0.1)]}, "A ramp must begin before it ends, got 1 to 0 m"),
         ({"ramps": [(0, 1, math.inf)]}, "rise of a ramp must be finite, got inf"),
         ({"ramps": [(0, 1, 0.1), (0.5, 2, 0.1)]}, "Ramps must not overlap"),

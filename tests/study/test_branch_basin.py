@@ -136,5 +136,5 @@ def test_invalid_requests_are_named():
         if not gait.stable
     )
     for find in (find_fatal_push, find_push_limits):
-        with pytest.raises(InputError, match="A fatal push is that of a stable gait of one step"):
+        with pytest.raises(InputError, match="A fatal push is defined for a stable gait of one step"):
             find(walker_of(compass_biped(), unstable), unstable)

@@ -179,7 +179,7 @@ def make_parametric_nlp(
     if len(structures) > 1:
         raise InputError(
             f"The equations of the problem must be the same over the range of {name}, {ends[0]:g} to {ends[1]:g}; "
-            "a torque limit of zero or a limit that exists at one end only changes them."
+            "a torque limit of zero, or a limit that exists at only one of the ends, changes them."
         )
     transcription = transcribe(structures.pop())
     fractions = method.fractions_for(problem.sequence)

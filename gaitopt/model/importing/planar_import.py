@@ -255,7 +255,7 @@ def _report(mechanism: Mechanism, kept: list[ImportedJoint]) -> list[str]:
                 lines.append(f"Joint {joint.name!r} ({joint.kind}, axis {axis}) is fixed in its zero position.")
             elif joint.limits is not None:
                 low, high = joint.limits
-                lines.append(f"The range of joint {joint.name!r}, {low:.4g} to {high:.4g}, does not limit its motion.")
+                lines.append(f"The range of joint {joint.name!r}, {low:.4g} to {high:.4g}, is omitted.")
             if joint in kept and joint.friction:
                 lines.append(f"The dry friction of joint {joint.name!r}, {joint.friction:.4g}, is omitted.")
         if np.max(np.abs(body.inertia[1, [0, 2]])) > 1e-9 * (body.inertia[1, 1] + 1e-12):
@@ -264,7 +264,7 @@ def _report(mechanism: Mechanism, kept: list[ImportedJoint]) -> list[str]:
         lines.append(f"Lateral distances of centres of mass, up to {spread:.3g} m, are omitted.")
     names = [joint.name for joint in kept]
     lines += [
-        f"Actuator {label!r} works on joint {joint!r}, which is fixed."
+        f"Actuator {label!r} acts on joint {joint!r}, which is fixed."
         for label, joint in mechanism.actuators.items()
         if joint not in names
     ]

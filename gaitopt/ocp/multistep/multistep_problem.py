@@ -195,7 +195,7 @@ class MultiStepProblem:
                 )
         for number, place in self.expected_places.items():
             if not math.isfinite(place):
-                raise InputError(f"expected_places: the place of steps[{number}] must be finite, got {place!r} m.")
+                raise InputError(f"expected_places: the position of steps[{number}] must be finite, got {place!r} m.")
 
 
 @check_arguments

@@ -76,7 +76,7 @@ def place_planar(
     if np.max(np.abs(errors), initial=0.0) > 1e-9:
         raise InputError(
             f"Robot {robot.name!r} does not stand on {', '.join(on)} with coordinates {dict(coordinates)} and rates "
-            f"{dict(rates)}: the contacts remain {np.max(np.abs(errors)):.3g} off."
+            f"{dict(rates)}: gaps [m] or velocities [m/s] of these contacts remain, up to {np.max(np.abs(errors)):.3g}."
         )
     return q, v
 

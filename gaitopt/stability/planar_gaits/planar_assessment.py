@@ -54,7 +54,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:
         raise InputError(
             f"No periodic gait of {gait.robot.name!r} under the law {law.name!r} was found near the planned one; check "
-            "the gait with verify_planar. Near a landing without impulse at the trailing foot there may be none: plan "
-            "it with PlanarLimits(impulse=...) above 0."
+            "the gait with verify_planar. If the trailing foot receives no impulse at the landing, there may be none: "
+            "plan the gait with PlanarLimits(impulse=...) above 0."
         )
     return cycle

@@ -122,7 +122,8 @@ def make_source(
             raise InputError(
                 "A walking problem contains its torque; law must be omitted."
                 if law is not None
-                else "No periodic gait was found that completes the starts; try another slope, friction or state."
+                else "No periodic gait was found that defines the other coordinates of the starts; try another slope, "
+                "friction or state."
             )
         return PlanarSource(robot.robot, robot.torque, cycle)
     from gaitopt.control.planar_laws.planar_feedback import planar_feedforward

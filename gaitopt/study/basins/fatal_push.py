@@ -189,7 +189,7 @@ def _check_gait(cycle: Cycle) -> None:
     """Raise InputError unless a gait is stable and has one step."""
     if len(cycle.sequences) > 1 or not cycle.stable:
         raise InputError(
-            f"A fatal push is that of a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
+            f"A fatal push is defined for a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
             f"spectral radius of {cycle.radius:.4g}."
         )
 

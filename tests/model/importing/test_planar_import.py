@@ -81,7 +81,7 @@ def test_it_passes_its_check(kind, mirror):
 def test_what_is_dropped_is_reported():
     dropped = imported("urdf").dropped
     assert "Joint 'left_roll' (hinge, axis 1, 0, 0) is fixed in its zero position." in dropped
-    assert "The range of joint 'left_knee', 0 to 2, does not limit its motion." in dropped
+    assert "The range of joint 'left_knee', 0 to 2, is omitted." in dropped
     assert "Lateral distances of centres of mass, up to 0.1 m, are omitted." in dropped
     assert imported("xml").dropped[-1] == "1 shapes are omitted."
 
