@@ -207,6 +207,7 @@ def test_dependent_constraints_are_left_to_the_reference_engine():
     assert not uses_taylor_series(slab, np.array([0, 0.1, 0]), np.array([1.0, 0, 0]), {"friction": 0.3})
 
 
+@pytest.mark.slow
 def test_a_box_slides_to_rest_on_ground_of_several_frictions():
     ground = {"friction": 0.5, "terrain": Terrain(patches=[(0.05, 0.2, 0.1)])}
     assert_same_motion(box(0.1, 0.02), [0, 0.02, 0], [1.2, 0, 0], ground, duration=0.4)
