@@ -7,6 +7,7 @@ An engine provides the flow of a contact state, the guards along it and its deri
 from typing import Protocol
 
 import numpy as np
+from attrs import frozen
 
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.dormand_prince import DormandPrince
@@ -84,6 +85,7 @@ class PlanarEngine(Protocol):
         """
 
 
+@frozen
 class ReferenceEngine:
     """The integrator DOP853, as SciPy has it.
 

@@ -135,7 +135,7 @@ class TaylorSteps:
             return False
         self.t_old, self.y_old, self._coefficients = self.t, self.y, integrator.tc.T.copy()
         self.y = program.state.copy()
-        self.t = self._end if outcome is _accepted_outcomes()[1] else self.t + length
+        self.t = self._end if outcome == _accepted_outcomes()[1] else self.t + length
         if self.t >= self._end:
             self.t, self.status = self._end, "finished"
         return True
