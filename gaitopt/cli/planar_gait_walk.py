@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.planar_simulation.planar_state import PlanarState
     from gaitopt.status import Stop
@@ -43,6 +44,7 @@ def simulate_planar_gait(
     *,
     steps: int,
     terrain: "Terrain | None" = None,
+    engine: "PlanarEngine",
 ) -> "PlanarRollout":
     """Return the simulation of some steps from the planned state under a law.
 
@@ -57,6 +59,7 @@ def simulate_planar_gait(
         Number of periods; the simulation ends right after the last one.
     terrain : Terrain, optional
         The ground on which the walk is simulated; the gait is that on plane ground.
+    engine : PlanarEngine
 
     Raises
     ------
@@ -69,7 +72,7 @@ def simulate_planar_gait(
     y, n = np.concatenate([first.q[:, 0], first.v[:, 0]]), gait.robot.n_q
     if changes:
         y = _change_start(gait, law, y, changes)
-    automaton = PlanarAutomaton(gait.robot, values, law, terrain)
+    automaton = PlanarAutomaton(gait.robot, values, law, terrain, engine=engine)
     return follow_steps(automaton, automaton.begin(y[:n], y[n:]), law.section, gait.period, steps)
 
 

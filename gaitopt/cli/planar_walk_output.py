@@ -10,7 +10,6 @@ from rich.table import Table
 
 from gaitopt.cli.output import out, print_json, report_file
 from gaitopt.cli.planar_gait_walk import follow_steps
-from gaitopt.cli.planar_walks import ENGINE
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.motion.planar_steps import number_steps
@@ -48,20 +47,19 @@ def simulate_planar_walk(
     Raises
     ------
     InputError
-        If no periodic gait is found, a name is unknown, or the engine does not simulate such robots.
+        If no periodic gait is found, a name is unknown, or the engine is unknown or not installed.
     """
     from gaitopt.model.contacts.mode import Mode
+    from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.simulation.planar_simulation.placement import place_planar
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 
-    if engine not in ("auto", ENGINE):
-        raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
-    robot = problem.robot
+    chosen, robot = planar_engine_named(engine), problem.robot
     for name in changes:
         if name not in robot.state_names:
             raise InputError(f"--state names {name!r}. {suggest(name, robot.state_names)}")
     ground = {**problem.parameters, "terrain": terrain}
-    cycle = next(problem.search(STARTS), None)
+    cycle = next(problem.search(STARTS, engine=chosen), None)
     if cycle is None:
         raise InputError("No periodic gait was found to begin with; try another slope, friction or state.")
     first = cycle.motion.segments[0]
@@ -73,7 +71,7 @@ def simulate_planar_walk(
         feet = [name for name, mode in modes if mode not in (Mode.FREE, Mode.LATCHED)]
         q, v = place_planar(robot, coordinates, rates, ground, on=feet)
     latched = tuple(name for name, mode in modes if mode is Mode.LATCHED)
-    automaton = PlanarAutomaton(robot, problem.parameters, problem.torque, terrain)
+    automaton = PlanarAutomaton(robot, problem.parameters, problem.torque, terrain, engine=chosen)
     return follow_steps(automaton, automaton.begin(q, v, latched=latched), problem.section, cycle.period, steps)
 
 
@@ -81,15 +79,17 @@ def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: st
     return name in problem.rates or f"{name}_rate" in changes
 
 
-def report_planar_walk(walk: "PlanarRollout", section: tuple[str, ...], written: Path | None, *, json: bool) -> None:
-    """Print the events of a walk as JSON or as a table; `section` as in :func:`split_steps`."""
+def report_planar_walk(
+    walk: "PlanarRollout", section: tuple[str, ...], written: Path | None, *, engine: str, json: bool
+) -> None:
+    """Print the events of a walk and its engine as JSON or as a table; `section` as in :func:`split_steps`."""
     from gaitopt.motion.planar_gait_summary import event_facts
     from gaitopt.motion.summary import ledger_facts
 
     if json:
         parts, complete = split_steps(walk.motion, section)
         facts: dict[str, Any] = {
-            "engine": ENGINE,
+            "engine": engine,
             "stop": walk.stop.key,
             "hint": walk.stop.hint,
             "steps": complete,
@@ -101,7 +101,7 @@ def report_planar_walk(walk: "PlanarRollout", section: tuple[str, ...], written:
         facts |= {"energy": ledger_facts(walk.motion.ledger()), "file": None if written is None else str(written)}
         print_json(facts)
         return
-    print_planar_walk(walk)
+    print_planar_walk(walk, engine)
     if written is not None:
         report_file(written)
 
@@ -125,9 +125,9 @@ def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[Pl
     return parts, len(parts) - bool(unfinished)
 
 
-def print_planar_walk(walk: "PlanarRollout") -> None:
-    """Print the events of a walk as a table, and the reason of its end."""
-    table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {ENGINE})", title_justify="left")
+def print_planar_walk(walk: "PlanarRollout", engine: str) -> None:
+    """Print the events of a walk and its engine as a table, and the reason of its end."""
+    table = Table(box=box.SIMPLE, pad_edge=False, title=f"events (engine {engine})", title_justify="left")
     for column in ("time [s]", "event", "contacts afterwards", "energy lost [J]"):
         table.add_column(column)
     for event in walk.motion.events:

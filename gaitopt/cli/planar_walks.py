@@ -9,6 +9,7 @@ from rich.table import Table
 from gaitopt.cli.output import out, print_json, verdict_text
 from gaitopt.cli.walk_output import format_multiplier, format_state
 from gaitopt.errors import InputError
+from gaitopt.simulation.engine_choice import planar_engine_named
 
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
 ENGINE = "scipy"
-"""The engine that simulates robots with several contacts."""
+"""The engine that simulates robots with several contacts by default."""
 
 
 def find_planar_gaits(
@@ -38,9 +39,9 @@ def find_planar_gaits(
 
     stated = request.stated if request.is_script else request.gait
     if is_planar_gait(stated):
-        _check_options(steps, request.engine)
-        gait = find_planar_gait(stated)
-        return (assess_planar(gait, law.make(gait)),)
+        _check_steps(steps)
+        engine, gait = planar_engine_named(request.engine), find_planar_gait(stated)
+        return (assess_planar(gait, law.make(gait), engine=engine),)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         return search_planar(request.problem, starts, steps=steps, engine=request.engine)
     return None
@@ -52,32 +53,32 @@ def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engi
     Raises
     ------
     InputError
-        If the period has several steps, or the engine does not simulate such robots.
+        If the period has several steps, or the engine is unknown or not installed.
     """
-    _check_options(steps, engine)
-    cycles = itertools.islice(problem.search(starts), starts)
+    _check_steps(steps)
+    cycles = itertools.islice(problem.search(starts, engine=planar_engine_named(engine)), starts)
     return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
 
 
-def _check_options(steps: int, engine: str) -> None:
-    """Raise InputError if the options of a command are not those of robots with several contacts."""
+def _check_steps(steps: int) -> None:
+    """Raise InputError if the period has several steps."""
     if steps > 1:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
-    check_planar_engine(engine)
 
 
 def check_planar_engine(engine: str) -> None:
-    """Raise InputError unless an engine simulates robots with several contacts."""
+    """Raise InputError unless a command without engines for robots with several contacts accepts this one."""
     if engine not in ("auto", ENGINE):
         raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
 
 
-def report_planar_cycles(cycles: tuple["PlanarCycle", ...], *, json: bool) -> None:
-    """Print periodic gaits of a robot with several contacts, as JSON or as a table."""
+def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, *, json: bool) -> None:
+    """Print periodic gaits of a robot with several contacts, as JSON with the engine that was used, or as a table."""
     from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle
 
     if json:
-        print_json({"engine": ENGINE, "gaits": [summarise_planar_cycle(cycle) for cycle in cycles]})
+        used, gaits = planar_engine_named(engine).name, [summarise_planar_cycle(cycle) for cycle in cycles]
+        print_json({"engine": used, "gaits": gaits})
     else:
         print_planar_cycles(cycles)
 

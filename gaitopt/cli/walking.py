@@ -75,7 +75,7 @@ def stability(
         cycles = find_planar_gaits(request, starts, steps=steps, law=option)
         subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
-        report_planar_cycles(cycles or (), json=json)
+        report_planar_cycles(cycles or (), engine, json=json)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
@@ -129,7 +129,7 @@ def simulate(
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch))
     if planar is not None:
-        _end_planar_walk(*planar, source.stem, output, json=json)
+        _end_planar_walk(*planar, source.stem, output, engine=engine, json=json)
     if rise or patch:
         raise InputError("--rise and --patch apply to robots with several contacts only.")
     with show_progress("simulating", hidden=json):
@@ -153,15 +153,16 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
 
 
 def _end_planar_walk(
-    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, json: bool
+    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, engine: str, json: bool
 ) -> NoReturn:
     """Write and print a walk of a robot with several contacts, and end the command."""
     from gaitopt.cli.planar_walk_output import report_planar_walk
     from gaitopt.cli.walk_file import write_walk
+    from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.status import Stop
 
     written = None if output is None else write_walk(walk.motion, output, name, section)
-    report_planar_walk(walk, section, written, json=json)
+    report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
     raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
 
 
@@ -171,17 +172,16 @@ def _planar_walk(
     """Return the walk of a robot with several contacts and the events that end its steps; None for any other robot."""
     from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait, simulate_planar_gait
     from gaitopt.cli.planar_walk_output import simulate_planar_walk
-    from gaitopt.cli.planar_walks import check_planar_engine
+    from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.simulation.planar_simulation.planar_simulator import list_section_events
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
     changes = read_numbers(state, "--state")
     if is_planar_gait(stated):
-        check_planar_engine(request.engine)
-        gait = find_planar_gait(stated)
+        engine, gait = planar_engine_named(request.engine), find_planar_gait(stated)
         torque = law.make(gait)
-        walk = simulate_planar_gait(gait, torque, changes, steps=steps, terrain=terrain)
+        walk = simulate_planar_gait(gait, torque, changes, steps=steps, terrain=terrain, engine=engine)
         return walk, list_section_events(gait.robot, torque.section)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         problem = request.problem

@@ -2,12 +2,14 @@
 
     sequence = phase event {phase event}
     phase    = "flight" | contact mode {"," contact mode}          contacts that are not named are free
-    event    = ">" | "|" ["[" contact mode {"," contact mode} "]"]
+    event    = (">" | "|" ["[" contact mode {"," contact mode} "]"]) ["(" change {"&" change} ")"]
+    change   = contact ("closes" | "opens" | "released" | mode)
 
 ``>`` is an event without impulse: lift-off, slip onset, rest, reversal, release of a stop, soft touchdown.  ``|`` is an
 impact: a touchdown, or a joint that reaches its stop.  The brackets state its outcome at every contact that receives an
 impulse; without them it is that of the phase that follows.  The last event leads to the first phase again, after the
-exchange of the legs.  Everything that changes between two phases changes at the same event.
+exchange of the legs.  Everything that changes between two phases changes at the same event; the parentheses may state
+these simultaneous changes as results print them, and they are then checked against the phases.
 
 ``"foot stick > flight |"`` is a hop; ``"foot A slip+, foot B stick > foot B stick |"`` a walk in which the trailing
 foot is dragged forward after touchdown.  The sequences of walkers with one foot on the ground, such as
@@ -19,7 +21,7 @@ sequence stands for several closed ones, which ``solve_planar`` and ``search`` s
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from gaitopt.arguments import check_record
@@ -28,6 +30,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.stated_changes import check_changes, list_changes, read_changes
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -51,13 +54,17 @@ class PhaseEvent:
     impact : bool
     outcome : tuple of (str, Mode), or None
         Contacts that receive an impulse, and their modes in the impact; None stands for those of the next phase.
+    changes : tuple of str
+        Changes that the text states, such as ``"foot B closes"``; none if it leaves them to the phases.
     """
 
     impact: bool
     outcome: Modes | None = None
+    changes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return ("|" if self.impact else ">") + (f" [{_text_of(self.outcome)}]" if self.outcome is not None else "")
+        outcome = f" [{_text_of(self.outcome)}]" if self.outcome is not None else ""
+        return ("|" if self.impact else ">") + outcome + (f" ({' & '.join(self.changes)})" if self.changes else "")
 
 
 @check_record
@@ -77,6 +84,8 @@ class PhaseSequence:
     >>> sequence = PhaseSequence.parse("foot A slip+, foot B stick > foot B stick |")
     >>> len(sequence.phases), str(sequence)
     (2, 'foot A slip+, foot B stick > foot B stick |')
+    >>> sequence == PhaseSequence.parse("foot A slip+, foot B stick > (foot A opens) foot B stick |").without_changes()
+    True
     """
 
     phases: tuple[Modes, ...]
@@ -119,13 +128,22 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         return sequence if robot is None else sequence.check(robot)
 
     def check(self, robot: "PlanarRobot") -> "PhaseSequence":
-        """Return the sequence itself if the robot can have it; raise SequenceError otherwise."""
+        """Return the sequence if the robot can have it; raise SequenceError otherwise.
+
+        Stated changes of a closed sequence follow from its phases: the sequence is returned without them.
+        """
         for modes in (*self.phases, *(event.outcome for event in self.events if event.outcome is not None)):
             for name, mode in modes:
                 _check_contact(str(self), robot, name, mode)
         for number in range(0 if self.is_open else len(self.phases)):
             _check_event(self, robot, number)
-        return self
+        return self if self.is_open else self.without_changes()
+
+    def without_changes(self) -> "PhaseSequence":
+        """Return the sequence without stated changes."""
+        if not any(event.changes for event in self.events):
+            return self
+        return replace(self, events=tuple(replace(event, changes=()) for event in self.events))
 
     @property
     def is_open(self) -> bool:
@@ -190,16 +208,7 @@ search(problem, sequences=[...]) finds the best sequence that matches it.
         ['foot A opens', 'foot A closes & foot B slip+']
         """
         before, after = _state(robot, self.phases[number]), self.state_after(robot, number)
-        outcome = self.outcome(robot, number) if self.events[number].impact else after
-        closing = [name for name, mode in before.modes if mode is Mode.FREE and outcome.mode(name) is not Mode.FREE]
-        changes = [f"{name} closes" for name in closing]
-        for name, old in before.modes:
-            new = after.mode(name)
-            if new is Mode.FREE and (old is not Mode.FREE or name in closing):
-                changes.append(f"{name} {'released' if old is Mode.LATCHED else 'opens'}")
-            elif old is not Mode.FREE and old is not new:
-                changes.append(f"{name} {new.value}")
-        return tuple(changes)
+        return list_changes(before, self.outcome(robot, number) if self.events[number].impact else after, after)
 
     def describe_phases(self) -> tuple[str, ...]:
         """Return the closed contacts and their modes in each phase, as in the text of the sequence.
@@ -228,15 +237,16 @@ def _text_of(modes: Modes) -> str:
 
 def _parse(text: str) -> PhaseSequence:
     """Return the sequence of a text without a check against a robot."""
-    parts = re.split(r"(>|\|)\s*(\[[^\]]*\])?", text)
-    if len(parts) < 4 or parts[-1].strip():
+    parts = re.split(r"(>|\|)\s*(\[[^\]]*\])?\s*(\([^)]*\))?", text)
+    if len(parts) < 5 or parts[-1].strip():
         raise SequenceError(f"The sequence {text!r} must end with an event, '>' or '|'. {_EXAMPLE}")
     phases, events = [], []
-    for phase, separator, outcome in zip(parts[:-1:3], parts[1::3], parts[2::3], strict=True):
+    for phase, separator, outcome, changes in zip(parts[:-1:4], parts[1::4], parts[2::4], parts[3::4], strict=True):
         phases.append(_read_modes(phase, text))
         if outcome is not None and separator == ">":
             raise SequenceError(f"The sequence {text!r} states an outcome {outcome} after '>'; only impacts have one.")
-        events.append(PhaseEvent(separator == "|", None if outcome is None else _read_modes(outcome[1:-1], text)))
+        modes = None if outcome is None else _read_modes(outcome[1:-1], text)
+        events.append(PhaseEvent(separator == "|", modes, () if changes is None else read_changes(changes[1:-1], text)))
     return PhaseSequence(tuple(phases), tuple(events))
 
 
@@ -304,6 +314,8 @@ def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> 
     """Raise SequenceError unless the event of a phase can lead to the next phase."""
     event, text = sequence.events[number], str(sequence)
     before, after = sequence.states(robot)[number], sequence.state_after(robot, number)
+    if event.changes:
+        check_changes(text, number + 1, event.changes, sequence.describe_event(robot, number), (before, after))
     if not event.impact:
         if before == after and len(sequence.phases) > 1:
             raise SequenceError(f"The sequence {text!r} is not possible: nothing changes after phase {number + 1}.")

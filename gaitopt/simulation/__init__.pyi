@@ -1,4 +1,5 @@
 from gaitopt.simulation.engine_choice import default_engine as default_engine
+from gaitopt.simulation.engine_choice import planar_engine_named as planar_engine_named
 from gaitopt.simulation.multistep_verification import replay_steps as replay_steps
 from gaitopt.simulation.multistep_verification import verify_steps as verify_steps
 from gaitopt.simulation.planar_simulation.placement import place_planar as place_planar

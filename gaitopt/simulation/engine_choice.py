@@ -2,6 +2,7 @@
 
 import functools
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
@@ -11,6 +12,9 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.robot import Robot
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.scipy_engine import ScipyEngine
+
+if TYPE_CHECKING:
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 
 NAMES = ("auto", "heyoka", "scipy")
 
@@ -77,6 +81,34 @@ def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None
 
         heyoka_module()
         return _make_heyoka_engine()
+    raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
+
+
+def planar_engine_named(name: str = "auto") -> "PlanarEngine":
+    """Return the engine of robots with several contacts by name: ``"heyoka"``, or ``"scipy"`` (also ``"auto"``).
+
+    heyoka compiles each contact state first, which takes seconds, once on a machine; see the page on stability.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or the engine is not installed.
+
+    Examples
+    --------
+    >>> planar_engine_named("auto").name
+    'scipy'
+    """
+    if name in ("auto", "scipy"):
+        from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE  # imports scipy
+
+        return REFERENCE
+    if name == "heyoka":
+        from gaitopt.simulation.taylor.expression_conversion import heyoka_module
+        from gaitopt.simulation.taylor.planar_taylor_engine import PlanarTaylorEngine
+
+        heyoka_module()
+        return PlanarTaylorEngine()
     raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
 
 

@@ -11,6 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import planar_engine_named
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import find_cycle
@@ -23,7 +24,9 @@ if TYPE_CHECKING:  # the simulation of robots with several contacts imports scip
 @overload
 def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle: ...
 @overload
-def assess_stability(gait: PlanarGait, law: PlanarLaw | None = None) -> "PlanarCycle": ...
+def assess_stability(
+    gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Engine | None = None
+) -> "PlanarCycle": ...
 @overload
 def assess_stability(
     gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
@@ -40,7 +43,7 @@ def assess_stability(
     law : Law or PlanarLaw, optional
         By default the gait's torques in open loop, with a clock reset at touchdown.
     engine : Engine, optional
-        Of a gait with one foot on the ground.
+        A gait of a robot with several contacts is assessed with the engine of the same name.
 
     Returns
     -------
@@ -64,7 +67,7 @@ def assess_stability(
             raise InputError(f"A gait of a robot with several contacts needs a PlanarLaw, got the Law {law.name!r}.")
         from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 
-        return assess_planar(gait, law)
+        return assess_planar(gait, law, engine=planar_engine_named("auto" if engine is None else engine.name))
     if isinstance(law, PlanarLaw):
         raise InputError(f"A gait with one foot on the ground needs a Law, got the PlanarLaw {law.name!r}.")
     check_gait(gait)

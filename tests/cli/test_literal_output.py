@@ -171,7 +171,8 @@ def planar_cycles():
 
 def planar_walk():
     problem = call_script(Path("problems/hopper.py"), [])
-    planar_walk_output.print_planar_walk(planar_walk_output.simulate_planar_walk(problem, {}, steps=1, engine="auto"))
+    walk = planar_walk_output.simulate_planar_walk(problem, {}, steps=1, engine="auto")
+    planar_walk_output.print_planar_walk(walk, "scipy")
 
 
 def impact():

@@ -110,7 +110,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("simulate", "--engine", "heyoka"), "--engine must be auto or scipy for a robot with several contacts"),
+        (("simulate", "--engine", "heyoca"), "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (("simulate", "--state", "knee=1"), "has no coordinate or rate 'knee'"),
         (("simulate", "--state", "a=0.3", "--state", "b=0.2", "--state", "y=1"), "No state near the gait"),
         (("simulate", "--state", "a=nan"), "must have finite values, got a = nan"),

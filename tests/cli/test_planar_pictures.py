@@ -127,7 +127,7 @@ def test_a_changed_state_stands_on_the_foot(capsys):
     [
         (["--state", "knee=0.1"], "--state names 'knee'. Known: x, y"),
         (["--state", "a=steep"], "--state must have the form NAME=NUMBER"),
-        (["--engine", "heyoka"], "--engine must be auto or scipy for a robot with several contacts"),
+        (["--engine", "heyoca"], "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (["--steps", "0"], "'--steps'"),
         (["-o", "missing/walk.png"], "missing"),
         (["--set", "slope=-3"], "No periodic gait was found"),

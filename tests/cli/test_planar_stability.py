@@ -73,6 +73,17 @@ def test_the_hopper_has_the_multiplier_of_its_closed_form_for_other_parameters()
     assert gait["impact_ratio"] == 0
 
 
+def test_the_engine_heyoka_is_stated_and_used():
+    pytest.importorskip("heyoka")
+    result = run("stability", HOPPER, "--starts", 1, "--engine", "heyoka", "--json")
+    facts = json.loads(result.stdout)
+    assert (result.exit_code, facts["engine"]) == (0, "heyoka")
+    assert facts["gaits"][0]["multipliers"][0] == pytest.approx([0.78107619584119, 0], abs=1e-10)  # closed form
+    result = run("simulate", HOPPER, "--engine", "heyoka", "--steps", 2, "--json")
+    facts = json.loads(result.stdout)
+    assert (result.exit_code, facts["engine"], facts["steps"]) == (0, "heyoka", 2)
+
+
 def test_the_table_lists_sequence_and_multipliers():
     result = run("stability", HOPPER, "--starts", 1)
     assert result.exit_code == 0
@@ -85,12 +96,10 @@ def test_the_table_lists_sequence_and_multipliers():
     ("arguments", "message"),
     [
         (("stability", HOPPER, "--steps", 2), "--steps must be 1 for a robot with several contacts, got 2"),
+        (("stability", HOPPER, "--engine", "heyoca"), "There is no engine 'heyoca'. Did you mean 'heyoka'"),
+        (("simulate", HOPPER, "--engine", "heyoca"), "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (
-            ("stability", HOPPER, "--engine", "heyoka"),
-            "--engine must be auto or scipy for a robot with several contacts",
-        ),
-        (
-            ("simulate", HOPPER, "--engine", "heyoka"),
+            ("basin", HOPPER, "--over", "body=0.6,0.7", "--engine", "heyoka"),
             "--engine must be auto or scipy for a robot with several contacts",
         ),
         (("basin", HOPPER, "--over", "knee=0.6:0.7:2"), "has no coordinate or parameter 'knee'"),

@@ -1,5 +1,6 @@
 """Resolution of the events of a planar robot: impact, released stops, switched springs, and the modes that follow."""
 
+import functools
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -279,11 +280,17 @@ class EventResolution:
 
     def _state_of(self, modes: Mapping[str, Mode]) -> ContactState:
         """Return the contact state with some modes; other contacts are free."""
-        return ContactState(tuple((name, modes.get(name, Mode.FREE)) for name in self.robot.contact_names))
+        return _make_contact_state(tuple((name, modes.get(name, Mode.FREE)) for name in self.robot.contact_names))
 
     def _elastic(self, state: PlanarState, extended: tuple[bool, ...]) -> float:
         p = self.robot.vector(self._values, extended)
         return float(self.robot.force_powers(state.q, state.v, p)[0])
+
+
+@functools.lru_cache(maxsize=1024)
+def _make_contact_state(modes: tuple[tuple[str, Mode], ...]) -> ContactState:
+    """Return a contact state; its arguments are checked when it is made, which takes longer than a choice of modes."""
+    return ContactState(modes)
 
 
 def _piece_of(state: PlanarState, contact: int) -> int | None:

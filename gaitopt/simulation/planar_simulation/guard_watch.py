@@ -72,17 +72,17 @@ class GuardWatch:
         self._passed = np.array([kind.name == "closes" for kind in kinds], dtype=bool)
         self._passed &= self._previous < -self._zero
 
-    def first(self, dense: DenseOutput, span: tuple[float, float], states: tuple[Array, Array]) -> LocatedGuard | None:
+    def first(self, dense: DenseOutput, span: tuple[float, float], values: tuple[Array, Array]) -> LocatedGuard | None:
         """Return the first event in a time span that follows the previous one, or None.
 
         Parameters
         ----------
         dense : DenseOutput
         span : (float, float)
-        states : two (n_y,) arrays
-            States in the middle and at the end of the span.
+        values : two (n_g,) arrays
+            Guards in the middle and at the end of the span.
         """
-        middle, end = (self._phase.guards(t, y) for t, y in zip((sum(span) / 2, span[1]), states, strict=True))
+        middle, end = values
         previous, self._previous = self._previous, end
         located: list[LocatedGuard] = []
         for i, kind in enumerate(self._phase.equations.guards):
@@ -115,21 +115,16 @@ class GuardWatch:
         others = [other.time for other in located if other.kind.number not in members]
         return event if min(others, default=np.inf) <= roots[first] else LocatedGuard(kinds[first], roots[first])
 
-    def refine(self, begin: float, y: Array, event: LocatedGuard) -> tuple[float, Array]:
-        """Return the time of an event and the state there, to the accuracy of the integrator.
-
-        The dense output is less accurate, so the state is integrated from the beginning of the step, and the time
-        corrected by one Newton step.
+    def refine(self, event: LocatedGuard, y: Array) -> tuple[float, Array]:
+        """Return the time of an event, corrected by one Newton step, and the state there.
 
         Parameters
         ----------
-        begin : float [s]
-        y : (n_y,) array
-            State at the beginning of the step of the integrator.
         event : LocatedGuard
+        y : (n_y,) array
+            State at the time of the event, to the accuracy of the integrator.
         """
         phase, t = self._phase, event.time
-        y = phase.integrate(begin, y, t)
         if event.kind == JAMS:
             return t, y
         number, rates = phase.equations.guards.index(event.kind), phase.rates(t, y)

@@ -14,11 +14,11 @@ from gaitopt.model.planar.phase_system import Footing
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution, name_jam
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
-from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase, make_integrator
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine, StepIntegrator
+from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import LawState, TorqueSource, make_torque
 from gaitopt.status import Stop
@@ -32,10 +32,6 @@ DRIFT = 1e-11
 SHORT_STEP, MAX_SHORT_STEPS = 1e-10, 30
 """Step of the integrator [s] that is short, and the number of short ones in a row after which the forces count as
 unbounded: they grow beyond all limits at the end of well-posed sliding."""
-
-SPANS = 4
-"""Parts of a step of the integrator at whose ends the guards are evaluated."""
-
 
 PhaseKey = tuple[ContactState, tuple[bool, ...], LawState | None, tuple[int | None, ...]]
 """Everything on which the equations of a phase depend."""
@@ -59,6 +55,8 @@ class PlanarAutomaton:
         Largest number of samples of a phase; a phase with more samples counts as failed.
     short_slip : float
         Duration [s] below which the slip of a foot before its lift-off is omitted.
+    engine : PlanarEngine
+        By default the reference engine.
 
     Raises
     ------
@@ -76,7 +74,9 @@ class PlanarAutomaton:
         tolerance: float = RELATIVE,
         samples: int | None = None,
         short_slip: float = 0.0,
+        engine: PlanarEngine = REFERENCE,
     ) -> None:
+        self.engine = engine
         self.robot, self.values, self.terrain = robot, dict(values), terrain
         self.samples, self._tolerance, self._short_slip = samples, tolerance, short_slip
         self.torque = make_torque(robot, torque)
@@ -169,8 +169,8 @@ class PlanarAutomaton:
         while times[-1] < until:
             corner = min(until, phase.source.next_corner(times[-1]))
             phase.source.hold_piece((times[-1], corner))
-            integrator = make_integrator(phase.rates, times[-1], states[-1], corner, relative=self._tolerance)
-            for event in _follow(integrator, watch, times, states):
+            integrator = self.engine.begin(phase, times[-1], states[-1], corner, self._tolerance)
+            for event in self._follow(phase, integrator, watch, (times, states)):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
@@ -185,31 +185,37 @@ class PlanarAutomaton:
                 return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
         return PlanarArc(state, np.array(times), np.array(states).T, None)
 
-
-def _follow(
-    integrator: DormandPrince, watch: GuardWatch, times: list[float], states: list[Array]
-) -> Iterator[LocatedGuard | None]:
-    """Integrate step by step; yield the first event, or None after a step without an event."""
-    while integrator.status == "running":
-        integrator.step()
-        if integrator.status == "failed":
-            return
-        dense, event = integrator.dense_output(), None
-        spans = spans_of(dense, SPANS)
-        sampled = dense.at_times(np.array([(sum(span) / 2, span[1]) for span in spans]).ravel())
-        for span, middle, last in zip(spans, sampled[::2], sampled[1::2], strict=True):
-            event = watch.first(dense, span, (middle, last))
-            at = span[1] if event is None else event.time
-            if at > times[-1]:
-                times.append(at)
-                states.append(last if event is None else dense(at))
-            if event is not None:
-                if at > dense.t_old:
-                    refined, y = watch.refine(dense.t_old, integrator.y_old, event)
-                    if np.all(np.isfinite(y)) and refined > times[max(len(times) - 2, 0)]:
-                        times[-1], states[-1] = refined, y
-                break
-        yield event
+    def _follow(
+        self,
+        phase: PlanarPhase,
+        integrator: StepIntegrator,
+        watch: GuardWatch,
+        samples: tuple[list[float], list[Array]],
+    ) -> Iterator[LocatedGuard | None]:
+        """Integrate step by step; yield the first event, or None after a step without an event."""
+        times, states = samples
+        while integrator.status == "running":
+            integrator.step()
+            if integrator.status == "failed":
+                return
+            dense, event = integrator.dense_output(), None
+            spans = spans_of(dense, self.engine.spans)
+            instants = np.array([(sum(span) / 2, span[1]) for span in spans]).ravel()
+            sampled = dense.at_times(instants)
+            guards = self.engine.guards(phase, integrator, instants, sampled)
+            for span, last, *values in zip(spans, sampled[1::2], guards[::2], guards[1::2], strict=True):
+                event = watch.first(dense, span, (values[0], values[1]))
+                at = span[1] if event is None else event.time
+                if at > times[-1]:
+                    times.append(at)
+                    states.append(last if event is None else dense(at))
+                if event is not None:
+                    if at > dense.t_old:
+                        refined, y = watch.refine(event, self.engine.locate(phase, integrator, at))
+                        if np.all(np.isfinite(y)) and refined > times[max(len(times) - 2, 0)]:
+                            times[-1], states[-1] = refined, y
+                    break
+            yield event
 
 
 def _check_gaps(robot: PlanarRobot, gaps: Array) -> None:

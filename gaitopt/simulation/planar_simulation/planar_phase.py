@@ -14,6 +14,9 @@ from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, Torq
 RELATIVE, ABSOLUTE = 1e-13, 1e-15
 """Tolerances of the integration."""
 
+LARGEST_CONDITION = 1e12
+"""Condition number of the equations of motion above which constraints count as dependent."""
+
 PROJECTIONS = 4
 """Largest number of Newton iterations with which positions return to their constraints."""
 
@@ -64,6 +67,12 @@ class PlanarPhase:
         u = self.torque(t, y)
         matrix, right = self._system(y[:n], y[n : 2 * n], u)
         return u, solve_linear(matrix.reshape(self.n_z, self.n_z).T, right)
+
+    def is_regular(self, t: float, y: Array) -> bool:
+        """Return whether the constraints are independent, so that accelerations and all forces are determined."""
+        n = self.n_q
+        matrix = self._system(y[:n], y[n : 2 * n], self.torque(t, y))[0].reshape(self.n_z, self.n_z)
+        return bool(np.linalg.cond(matrix) < LARGEST_CONDITION)
 
     def rates(self, t: float, y: Array) -> Array:
         """Return the rates of y = (q, v, works), shape (2 n_q + n_works,)."""

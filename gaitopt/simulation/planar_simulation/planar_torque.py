@@ -12,9 +12,11 @@ from gaitopt.control.planar_laws.law_slopes import latch_slope, law_slope
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
+from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.torque_function import check_torque, passive_torque, torque_slope
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.planar_simulation.torque_formula import function_formula, law_formula
 
 INSTANT = 1e-11
 """Least duration of a piece of the integration [s]."""
@@ -50,7 +52,25 @@ class TorqueSlope(NamedTuple):
 
 
 class PhaseTorque(ABC):
-    """The torque of a phase: that between two events."""
+    """The torque of a phase: that between two events.
+
+    Attributes
+    ----------
+    latched : tuple of float
+        Latched values.
+    """
+
+    latched: tuple[float, ...] = ()
+
+    @property
+    def formula(self) -> ca.Function | None:
+        """The torque as an expression (t, q, v, latched, data) -> u; None if it is not one."""
+        return None
+
+    @property
+    def data(self) -> Array:
+        """Data of the formula, of the piece that is held."""
+        return np.zeros(0)
 
     @abstractmethod
     def value(self, t: float, q: Array, v: Array) -> Array:
@@ -131,10 +151,16 @@ class _FunctionSource(TorqueSource):
 
 class _FunctionTorque(PhaseTorque):
     def __init__(self, function: ca.Function) -> None:
+        self._function = function
         self._value, slope = FastCall(function), torque_slope(function)
         self._slope = None if slope is None else FastCall(slope)
         n, n_u = function.size1_in(1), function.size1_out(0)
         self._zero = TorqueSlope(np.zeros((n_u, 2 * n)), np.zeros(n_u), np.zeros((n_u, 0)))
+
+    @property
+    def formula(self) -> ca.Function | None:
+        """The torque as an expression."""
+        return function_formula(self._function)
 
     def value(self, t: float, q: Array, v: Array) -> Array:
         return self._value(t, q, v)[0]
@@ -163,7 +189,8 @@ class _LawSource(TorqueSource):
         place = robot.contact_names.index(contact)
         partner = place if robot.mirror is None else robot.mirror.contacts[place]
         self._ends = {False: robot.contact_names[place], True: robot.contact_names[partner]}
-        self._calls = [(FastCall(part.torque), FastCall(law_slope(part.torque))) for part in law.parts]
+        self._functions = [part.torque for part in law.parts]
+        self._calls = [(FastCall(torque), FastCall(law_slope(torque))) for torque in self._functions]
         self._columns = [np.ascontiguousarray(part.table.T) for part in law.parts]
         self._latch = FastCall(law.parts[0].memory.latch)
 
@@ -182,8 +209,10 @@ class _LawSource(TorqueSource):
         if memory is None:
             raise ValueError("the torque of a law depends on its memory")
         part = memory.part
-        equations = _PartEquations(self._law.parts[part], *self._calls[part], self._columns[part])
-        return _LawTorque(equations, memory, self._matrices(memory))
+        equations = _PartEquations(
+            self._law.parts[part], self._functions[part], *self._calls[part], self._columns[part]
+        )
+        return _LawTorque(equations, memory, self._robot.mirror if memory.mirrored else None)
 
     def latched_slope(self, q: Array, v: Array) -> Array:
         memory, n = self._law.parts[0].memory, len(q)
@@ -191,21 +220,18 @@ class _LawSource(TorqueSource):
         return np.array(slope).reshape(self.n_latched, 2 * n)
 
     def _restart(self, time: float, q: Array, v: Array, *, mirrored: bool) -> LawState:
-        matrices = self._matrices(LawState(0, time, (), mirrored))
-        if matrices is not None:
-            q, v = matrices[0] @ q, matrices[0] @ v
+        mirror = self._robot.mirror
+        if mirrored and mirror is not None:
+            q, v = mirror.coordinates @ q, mirror.coordinates @ v
         latched = self._latch(q, v, self._law.parts[0].table[:, 0])[0] if self.n_latched else ()
         return LawState(0, time, tuple(float(value) for value in latched), mirrored)
-
-    def _matrices(self, memory: LawState) -> tuple[Array, Array] | None:
-        mirror = self._robot.mirror
-        return (mirror.coordinates, mirror.actuators) if mirror is not None and memory.mirrored else None
 
 
 class _PartEquations(NamedTuple):
     """A part of a law: torque and slope with preallocated arrays, and the columns of its table as rows."""
 
     law: Law
+    function: ca.Function
     value: FastCall
     slope: FastCall
     columns: Array
@@ -214,8 +240,10 @@ class _PartEquations(NamedTuple):
 class _LawTorque(PhaseTorque):
     """The torque of one part of a law, with exchanged legs in every second period."""
 
-    def __init__(self, equations: _PartEquations, memory: LawState, matrices: tuple[Array, Array] | None) -> None:
-        self._law, self._value, self._slope, self._columns = equations
+    def __init__(self, equations: _PartEquations, memory: LawState, mirror: Mirror | None) -> None:
+        self._law, self._function, self._value, self._slope, self._columns = equations
+        self.latched, self._mirror = memory.latched, mirror
+        matrices = None if mirror is None else (mirror.coordinates, mirror.actuators)
         self._memory, self._matrices, self._piece = memory, matrices, -1
 
     def value(self, t: float, q: Array, v: Array) -> Array:
@@ -236,6 +264,16 @@ class _LawTorque(PhaseTorque):
         return TorqueSlope(
             actuators.T @ state @ np.kron(np.eye(2), coordinates), actuators.T @ by_clock, actuators.T @ latched
         )
+
+    @property
+    def formula(self) -> ca.Function | None:
+        """The torque as an expression."""
+        return law_formula(self._function, self._mirror)
+
+    @property
+    def data(self) -> Array:
+        """Data of the formula: the time at which the clock is zero, and the column of the piece that is held."""
+        return np.append(self._memory.begin, self._columns[max(self._piece, 0)])
 
     def next_corner(self, t: float) -> float:
         corners = self._law.breakpoints + self._memory.begin

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -10,6 +10,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.status import Stop
@@ -59,6 +60,8 @@ class PlanarWalker:
         Event that ends a step, such as ``"foot B closes"``.
     period : float [s]
         Period of the gait near which the robot walks: a step that takes three times as long ends the walk.
+    engine : PlanarEngine
+        By default the reference engine.
     """
 
     def __init__(
@@ -69,9 +72,11 @@ class PlanarWalker:
         *,
         section: str,
         period: float,
+        engine: PlanarEngine = REFERENCE,
     ) -> None:
         self.robot, self.section, self.duration = robot, section, LONGEST * period
-        self.automaton = PlanarAutomaton(robot, parameters, torque, tolerance=TOLERANCE, samples=SAMPLES)
+        options: dict[str, Any] = {"tolerance": TOLERANCE, "samples": SAMPLES, "engine": engine}
+        self.automaton = PlanarAutomaton(robot, parameters, torque, **options)
 
     def walk_step(self, state: PlanarState) -> PlanarWalkStep:
         """Simulate one step from a state right after the section and the exchange of the legs."""

@@ -6,6 +6,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle, find_cycle_from
 
 PLANNED = 1e-6
@@ -16,7 +17,7 @@ NEAR = 0.01
 
 
 @check_arguments
-def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle:
+def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: PlanarEngine = REFERENCE) -> PlanarCycle:
     """Return the periodic gait of the controlled robot near an optimised gait, with its exact multipliers.
 
     Parameters
@@ -24,6 +25,8 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle
     gait : PlanarGait
     law : PlanarLaw, optional
         By default the gait's torques in open loop, with a clock that is reset at the section.
+    engine : PlanarEngine
+        By default the reference engine.
 
     Returns
     -------
@@ -48,7 +51,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None) -> PlanarCycle
     0.68
     """
     law = planar_feedforward(gait) if law is None else law
-    automaton = PlanarAutomaton(gait.robot, gait.robot.resolve(gait.motion.parameters), law)
+    automaton = PlanarAutomaton(gait.robot, gait.robot.resolve(gait.motion.parameters), law, engine=engine)
     first = gait.motion.segments[0]
     cycle = find_cycle_from(automaton, first.q[:, 0].copy(), first.v[:, 0].copy(), law.section, tolerance=PLANNED)
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:

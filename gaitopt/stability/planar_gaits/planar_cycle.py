@@ -16,6 +16,7 @@ from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, check_event, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.simulation.planar_simulation.planar_walker import exchange_legs, simulate_period
@@ -127,6 +128,7 @@ def find_planar_cycle(
     *,
     section: str,
     torque: ca.Function | PlanarLaw | None = None,
+    engine: PlanarEngine = REFERENCE,
 ) -> PlanarCycle | None:
     """Return the periodic gait to which Newton's method converges from a state, or None.
 
@@ -143,6 +145,8 @@ def find_planar_cycle(
         Event that ends a period by an impact, such as ``"foot B closes"``.
     torque : Function or PlanarLaw, optional
         (t, q, v) -> u, with the time since the section, or a law; zero by default.
+    engine : PlanarEngine
+        By default the reference engine.
 
     Raises
     ------
@@ -157,7 +161,7 @@ def find_planar_cycle(
     PlanarCycle('vertical_hopper', stable, spectral radius 0.781076, period 0.553925 s)
     """
     check_event(robot, section)
-    automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque)
+    automaton = PlanarAutomaton(robot, robot.resolve(parameters), torque, engine=engine)
     return find_cycle_from(automaton, np.array(q, dtype=float), np.array(v, dtype=float), section)
 
 

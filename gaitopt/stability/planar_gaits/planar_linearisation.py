@@ -15,14 +15,10 @@ from gaitopt.model.planar.impact_system import impact_slope
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.simulation.dormand_prince import DormandPrince
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-
-RELATIVE, ABSOLUTE = 1e-11, 1e-12
-"""Tolerances of the integration of the variational equations."""
 
 
 def planar_derivative(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Array:
@@ -48,7 +44,8 @@ def planar_derivative(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Arr
     matrix = np.eye(n + automaton.torque.n_latched)
     for k, (arc, event) in enumerate(zip(arcs, events, strict=True)):
         following = arcs[k + 1].start if k + 1 < len(arcs) else None
-        matrix = _flow_derivative(automaton.phase(arc.start), arc, automaton.torque.n_latched) @ matrix
+        span, phase = (float(arc.time[0]), float(arc.time[-1])), automaton.phase(arc.start)
+        matrix = automaton.engine.derivative(phase, span, arc.states[:n, 0]) @ matrix
         matrix = event_derivative(automaton, arc, event, following) @ matrix
     return matrix[:n]
 
@@ -94,30 +91,3 @@ def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> 
     names = phase.robot.contact_names
     gaps = [kind for kind in phase.equations.guards if kind.name == "closes"]
     return next((kind for kind in gaps if f"{names[kind.number]} closes" in event.names), ended_by)
-
-
-def _flow_derivative(phase: PlanarPhase, arc: PlanarArc, n_l: int) -> Array:
-    """Return d (state, latched at the end of an arc) / d (state, latched at its beginning) at fixed times."""
-    n = 2 * phase.n_q
-    shape = n, n + n_l
-    matrix = np.eye(n + n_l)
-
-    def rate(t: float, y: Array) -> Array:
-        slope, _ = phase.slope(t, y[:n])
-        change = slope[:, :n] @ y[n:].reshape(shape)
-        change[:, n:] += slope[:, n:]
-        return np.concatenate([phase.rates(t, y[:n])[:n], change.ravel()])
-
-    time, y, end = float(arc.time[0]), np.concatenate([arc.states[:n, 0], np.eye(*shape).ravel()]), float(arc.time[-1])
-    while time < end:
-        corner = min(end, phase.source.next_corner(time))
-        phase.source.hold_piece((time, corner))
-        integrator = DormandPrince(rate, time, y, corner, relative=RELATIVE, absolute=ABSOLUTE)
-        while integrator.status == "running":
-            integrator.step()
-        if integrator.status == "failed":
-            return np.full(matrix.shape, np.nan)
-        time, y = integrator.t, integrator.y
-    phase.source.hold_piece(None)
-    matrix[:n] = y[n:].reshape(shape)
-    return matrix

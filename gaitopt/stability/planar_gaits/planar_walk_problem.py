@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,7 @@ from gaitopt.model.robot_type import check_robot_type
 from gaitopt.simulation.planar_simulation.placement import place_planar
 
 if TYPE_CHECKING:
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 SPREAD, SAME = 0.2, 1e-6
@@ -83,7 +84,9 @@ class PlanarWalkProblem:
     def _repr_latex_(self) -> str:
         return formulate_planar_robot(self.robot, self.parameters).latex
 
-    def search(self, starts: int = 8, *, seed: int = 0) -> "Iterator[PlanarCycle]":
+    def search(
+        self, starts: int = 8, *, seed: int = 0, engine: "PlanarEngine | None" = None
+    ) -> "Iterator[PlanarCycle]":
         """Yield the different periodic gaits to which Newton's method converges, from the given state and random ones.
 
         Parameters
@@ -91,12 +94,15 @@ class PlanarWalkProblem:
         starts : int
             Number of starts.
         seed : int
+        engine : PlanarEngine, optional
+            By default the reference engine.
         """
         rng = np.random.default_rng(seed)
         known: list[PlanarCycle] = []
         for start in range(starts):
             spread = SPREAD if start else 0.0
-            cycle = self._find(*(_perturb(values, spread, rng) for values in (self.coordinates, self.rates)))
+            coordinates, rates = (_perturb(values, spread, rng) for values in (self.coordinates, self.rates))
+            cycle = self._find(coordinates, rates, engine)
             if (
                 cycle is None
                 or self.sequence not in (None, cycle.sequence)
@@ -106,13 +112,17 @@ class PlanarWalkProblem:
             known.append(cycle)
             yield cycle
 
-    def _find(self, coordinates: Mapping[str, float], rates: Mapping[str, float]) -> "PlanarCycle | None":
+    def _find(
+        self, coordinates: Mapping[str, float], rates: Mapping[str, float], engine: "PlanarEngine | None"
+    ) -> "PlanarCycle | None":
         """Return the gait to which Newton's method converges from a start, or None."""
         from gaitopt.stability.planar_gaits.planar_cycle import find_planar_cycle
 
         try:
             q, v = place_planar(self.robot, coordinates, rates, self.parameters, on=self.on)
-            return find_planar_cycle(self.robot, q, v, self.parameters, section=self.section, torque=self.torque)
+            options: dict[str, Any] = {"section": self.section, "torque": self.torque}
+            options |= {} if engine is None else {"engine": engine}
+            return find_planar_cycle(self.robot, q, v, self.parameters, **options)
         except InputError:  # the robot falls, or does not stand on its contacts
             return None
 

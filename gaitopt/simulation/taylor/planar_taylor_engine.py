@@ -1,0 +1,205 @@
+"""The fast engine of planar robots: heyoka's Taylor integrator of each contact state, compiled once."""
+
+import functools
+from threading import get_ident
+
+import numpy as np
+from attrs import field, frozen
+
+from gaitopt.model.fast_call import FastCall
+from gaitopt.motion.motion import Array
+from gaitopt.parameters import positive
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, StepIntegrator, StepOutput
+from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase, make_integrator
+from gaitopt.simulation.taylor.compiled_programs import Program
+from gaitopt.simulation.taylor.expression_conversion import heyoka_module
+from gaitopt.simulation.taylor.mode_integrator import DERIVATIVE_TOLERANCE
+from gaitopt.simulation.taylor.planar_programs import (
+    PhaseFlow,
+    phase_flow,
+    planar_program,
+    planar_variations,
+)
+
+AGREEMENT = 1e-7
+"""Largest accepted difference of the rates from those of the reference, relative to the largest rate."""
+
+
+@frozen(kw_only=True)
+class PlanarTaylorEngine:
+    """Integration of planar robots by Taylor series to machine precision; requires ``pip install 'gaitopt[fast]'``.
+
+    The reference engine integrates phases that heyoka does not support: those under a torque that is not smooth, and
+    those whose constraints are dependent.
+
+    Attributes
+    ----------
+    tolerance : float
+        Relative truncation error of a step.
+    spans : int
+        Parts of a Taylor step at whose middles and ends the guards are evaluated.
+
+    Examples
+    --------
+    >>> PlanarTaylorEngine().name
+    'heyoka'
+    """
+
+    tolerance: float = field(default=1e-15, validator=positive())
+    spans: int = 8
+    name = "heyoka"
+
+    def begin(self, phase: PlanarPhase, t: float, y: Array, end: float, relative: float) -> StepIntegrator:
+        """See :class:`gaitopt.simulation.planar_simulation.planar_engine.PlanarEngine`."""
+        flow = _find_flow(phase)
+        if flow is None or not _agrees(flow, phase, t, y):
+            return REFERENCE.begin(phase, t, y, end, relative)
+        return TaylorSteps(planar_program(flow, self.tolerance, get_ident()), phase, t, y, end)
+
+    def guards(self, phase: PlanarPhase, integrator: StepIntegrator, times: Array, states: Array) -> Array:
+        """See :class:`gaitopt.simulation.planar_simulation.planar_engine.PlanarEngine`."""
+        flow = _find_flow(phase)
+        if flow is None or not _is_taylor_step(integrator):
+            return REFERENCE.guards(phase, integrator, times, states)
+        n, latched = 2 * phase.n_q, np.array(phase.source.latched)
+        y = np.hstack([states[:, :n], np.broadcast_to(latched, (times.size, latched.size))])
+        values = _guards(flow, times.size, get_ident())(times, y.ravel(), phase.p, phase.source.data)[0]
+        return values.reshape(times.size, -1).copy()
+
+    def locate(self, phase: PlanarPhase, integrator: StepIntegrator, t: float) -> Array:
+        """See :class:`gaitopt.simulation.planar_simulation.planar_engine.PlanarEngine`."""
+        return integrator.dense_output()(t) if _is_taylor_step(integrator) else REFERENCE.locate(phase, integrator, t)
+
+    def derivative(self, phase: PlanarPhase, span: tuple[float, float], y: Array) -> Array:
+        """See :class:`gaitopt.simulation.planar_simulation.planar_engine.PlanarEngine`."""
+        flow = _find_flow(phase)
+        phase.source.hold_piece((span[0], min(span[1], phase.source.next_corner(span[0]))))
+        if flow is None or not _agrees(flow, phase, span[0], y):
+            return REFERENCE.derivative(phase, span, y)
+        program = planar_variations(flow, max(self.tolerance, DERIVATIVE_TOLERANCE), get_ident())
+        start = np.concatenate([y[: 2 * phase.n_q], phase.source.latched])
+        program.begin(start)
+        time, end = span
+        while time < end:
+            corner = min(end, phase.source.next_corner(time))
+            phase.source.hold_piece((time, corner))
+            program.propagate(phase.p, phase.source.data, start, (time, corner))
+            time = corner
+        phase.source.hold_piece(None)
+        matrix = program.matrix(end - span[0])
+        return matrix if np.all(np.isfinite(matrix)) else REFERENCE.derivative(phase, span, y)
+
+
+class TaylorSteps:
+    """Integrator of a phase by Taylor series, step by step; attributes as in :class:`DormandPrince`.
+
+    Where a Taylor step fails, the reference engine continues.
+    """
+
+    def __init__(self, program: Program, phase: PlanarPhase, t: float, y: Array, end: float) -> None:
+        self.t, self.y, self.status = t, y, "running"
+        self.t_old, self.y_old = t, y
+        self._program, self._phase, self._end = program, phase, end
+        start = np.concatenate([y[: 2 * phase.n_q], phase.source.latched])
+        self._parameters = program.parameters(phase.p, phase.source.data, start)
+        self._coefficients: Array = np.empty(0)
+        self._following: StepIntegrator | None = None
+
+    def step(self) -> None:
+        """Take one step."""
+        if self._following is None and not self._take_taylor_step():
+            self._following = make_integrator(self._phase.rates, self.t, self.y, self._end, relative=RELATIVE)
+        if self._following is not None:
+            following = self._following
+            following.step()
+            self.t_old, self.y_old, self.t, self.y = following.t_old, following.y_old, following.t, following.y
+            self.status = following.status
+
+    def dense_output(self) -> StepOutput:
+        """Return the motion within the last step."""
+        if self._following is not None:
+            return self._following.dense_output()
+        return TaylorPolynomial(self.t_old, self.t, self._coefficients)
+
+    @property
+    def failed(self) -> bool:
+        """Whether a Taylor step has failed."""
+        return self._following is not None
+
+    def _take_taylor_step(self) -> bool:
+        """Take a step and return True, or return False if its end is not finite."""
+        program, integrator = self._program, self._program.integrator
+        program.numbers[:], program.state[:], integrator.time = self._parameters, self.y, self.t
+        outcome, length = integrator.step(max_delta_t=self._end - self.t, write_tc=True)
+        if outcome not in _accepted_outcomes() or length <= 0:
+            return False
+        self.t_old, self.y_old, self._coefficients = self.t, self.y, integrator.tc.T.copy()
+        self.y = program.state.copy()
+        self.t = self._end if outcome == _accepted_outcomes()[1] else self.t + length
+        if self.t >= self._end:
+            self.t, self.status = self._end, "finished"
+        return True
+
+
+class TaylorPolynomial:
+    """Taylor polynomial of one step.
+
+    Attributes
+    ----------
+    t_old, t : float [s]
+        Times of the beginning and the end of the step.
+    """
+
+    def __init__(self, t_old: float, t: float, coefficients: Array) -> None:
+        self.t_old, self.t, self._coefficients = t_old, t, coefficients
+        self._exponents = np.arange(len(coefficients))
+
+    def __call__(self, t: float) -> Array:
+        """Return the state at a time, shape (n,)."""
+        state: Array = (t - self.t_old) ** self._exponents @ self._coefficients
+        return state
+
+    def at_times(self, times: Array) -> Array:
+        """Return the states at several times, shape (K, n)."""
+        states: Array = (times - self.t_old)[:, None] ** self._exponents @ self._coefficients
+        return states
+
+
+@functools.cache
+def _accepted_outcomes() -> tuple[object, object]:
+    """Return the outcomes of a complete step and of one that ends at the time limit."""
+    outcomes = heyoka_module().taylor_outcome
+    return outcomes.success, outcomes.time_limit
+
+
+def _is_taylor_step(integrator: StepIntegrator) -> bool:
+    """Return whether the last step of an integrator is one of a Taylor series."""
+    return isinstance(integrator, TaylorSteps) and not integrator.failed
+
+
+def _find_flow(phase: PlanarPhase) -> PhaseFlow | None:
+    """Return the explicit equations of a phase; None if heyoka does not support its torque."""
+    formula = phase.source.formula
+    return None if formula is None else phase_flow(phase.equations, formula)
+
+
+def _agrees(flow: PhaseFlow, phase: PlanarPhase, t: float, y: Array) -> bool:
+    """Return whether the elimination solves the equations of motion in a state: constraints may be dependent."""
+    n = 2 * phase.n_q
+    if not phase.is_regular(t, y):
+        return False
+    start = np.concatenate([y[:n], phase.source.latched])
+    rates = _rates(flow, get_ident())(t, start, phase.p, phase.source.data)[0][:n]
+    exact = phase.rates(t, y)[:n]
+    return bool(np.max(np.abs(rates - exact)) <= AGREEMENT * (1 + np.max(np.abs(exact))))
+
+
+@functools.lru_cache(maxsize=128)
+def _rates(flow: PhaseFlow, thread: int) -> FastCall:
+    return FastCall(flow.rates)
+
+
+@functools.lru_cache(maxsize=128)
+def _guards(flow: PhaseFlow, count: int, thread: int) -> FastCall:
+    """Return (times, states, p, data) -> guards at several times."""
+    return FastCall(flow.guards.map("guards", "serial", count, [2, 3], []))
