@@ -75,6 +75,8 @@ def typical_planar_sizes(transcription: PlanarTranscription, problem: PlanarProb
     for name, unit in zip(robot.actuators, robot.actuator_units, strict=True):
         torque = units.torque(unit)
         sizes[layout.find(Kind.TORQUE, name)] = torque
+        for kind in (Kind.ACTUATOR_IMPULSE, Kind.NEGATIVE_IMPULSE):
+            sizes[layout.find(kind, name)] = 0.1 * torque * units.time
         for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):
             sizes[layout.find(kind, name)] = torque * units.coordinate("m" if unit == "N" else "rad") / units.time
     for kind, size in (
