@@ -8,7 +8,7 @@ costs 4 cos^4(al) times more.
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -18,9 +18,13 @@ from scipy.integrate import quad
 from gaitopt import Collocation, InputError, load, save
 from gaitopt.cli.script import call_script
 from gaitopt.control import planar_feedforward
+from gaitopt.errors import GaitoptError
+from gaitopt.export import write_python
 from gaitopt.model import compass_with_two_feet, telescoping_biped
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.actuator_impulses import EventImpulses, split_work
+from gaitopt.motion.planar_gait_summary import summarise_planar
+from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import ActuatorImpulse, CostOfTransport, Objective, PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.impulse_stages import mean_of_positive
 from gaitopt.simulation import simulate_planar, verify_planar
@@ -28,6 +32,7 @@ from gaitopt.simulation.planar_simulation.contact_resolution import ContactResol
 from gaitopt.simulation.planar_simulation.impact_passage import pass_impact
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.stability import assess_planar
+from gaitopt.study.audit.second_planar_replay import replay_planar_again
 from tests.conftest import ROOT
 from tests.ocp.multicontact_examples import walk
 from tests.problems.test_telescoping_biped import WALK
@@ -126,6 +131,42 @@ def test_a_gait_with_impulses_is_replayed_and_its_ledger_closes(tmp_path):
         for name in ("impulse", "reaction", "v_minus", "v_plus", "generated", "absorbed"):
             assert np.array_equal(getattr(stored, name), getattr(stage, name))
     assert verify_planar(read).verification.state_error == pytest.approx(gait.verification.state_error, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_tables_and_json_state_the_impulses():
+    gait = ankle_gait()
+    facts = [text for name, text in tabulate_planar_gait(gait) if name == "impulse"]
+    assert len(facts) == 2
+    assert facts[1].startswith("ankle B -0.1 N m s just after the impact: generates 0.0")
+    data = summarise_planar(gait)
+    before, after = data["impact"]["actuator_impulses"]
+    assert (before["moment"], after["moment"]) == ("before", "after")
+    assert after["generated"]["ankle B"] == pytest.approx(gait.energy.impulse_generated)
+    assert set(after["reaction"]) == {"foot B"}
+    assert "impulses (" in dict(tabulate_planar_gait(gait))["energy"]
+    assert data["energy"]["impulse_absorbed"] == pytest.approx(before["absorbed"]["ankle A"])
+    assert "|ankle B after foot B closes| ≤ 0.1 N m s" in str(compass(*ANKLES))
+
+
+@pytest.mark.slow
+def test_what_does_not_support_impulses_refuses_them(tmp_path):
+    gait = ankle_gait()
+    with pytest.raises(InputError, match="exported controller cannot apply"):
+        write_python(gait.robot, planar_feedforward(gait), tmp_path / "law.py")
+    with pytest.raises(GaitoptError, match="does not support impulses"):
+        replay_planar_again(gait)
+
+
+@pytest.mark.slow
+def test_the_certificate_has_the_derivative_by_a_limit_of_an_impulse():
+    """The derivative is compared with the difference of two optima."""
+    gait, limits = ankle_gait(), PlanarLimits(torque={"ankle A": 6, "hip": 6, "ankle B": 0})
+    wider = (ANKLES[0], replace(ANKLES[1], limits=(-0.1 - 1e-3, 0.1)))
+    grid = Collocation(intervals=6, tolerance=1e-6)
+    other = solve_planar(walk(friction=math.inf, impulses=wider, limits=limits, transcription=grid))
+    slope = gait.certificate.derivative_of("lower limit of the impulse of ankle B after foot B closes")
+    assert slope == pytest.approx((gait.objective - other.objective) / 1e-3, rel=0.02)
 
 
 @pytest.mark.slow

@@ -72,7 +72,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
         row = layout[Unknown.COORDINATES][problem.robot.coordinates.index(problem.robot.travel)]
         x[row] -= x[row[0]]
     x[layout[Unknown.DURATION][0]] = durations
-    set_impulse_start(transcription, x)
+    set_impulse_start(transcription, x, problem.guess.events)
     if Unknown.PEAK in layout:
         x[layout[Unknown.PEAK]] = problem.objective.typical
     if problem.free:

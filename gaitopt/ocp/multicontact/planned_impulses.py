@@ -1,5 +1,8 @@
 """Impulses of actuators in a decision vector: their initial values, and the record of a plan."""
 
+import itertools
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 
@@ -8,6 +11,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import contact_forces, group_sticking
 from gaitopt.motion.actuator_impulses import MOMENTS, ActuatorImpulses, split_work
 from gaitopt.motion.motion import Array
+from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import STAGES, PlanarStructure, stage_modes
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
@@ -16,14 +20,29 @@ NEGLIGIBLE = 1e-7
 """Velocity jump [m/s or rad/s] up to which the impulses of actuators are those of the solver's tolerance, and zero."""
 
 
-def set_impulse_start(transcription: PlanarTranscription, x: Array) -> None:
-    """Set the rates between impulses of actuators and an impact to those before the event in an initial point."""
-    n_q = transcription.structure.robot.n_q
-    for phase in transcription.phases:
-        for moment in MOMENTS:
-            if transcription.structure.list_impulses(phase.number, moment):
-                column = transcription.variables[STAGES[moment], phase.number][:, 0]
-                x[column[-n_q:]] = x[transcription.builder.velocities(phase)[:, -1]]
+def set_impulse_start(transcription: PlanarTranscription, x: Array, events: Sequence[PlanarEvent] = ()) -> None:
+    """Set the impulses of actuators, and the rates between them and an impact, in an initial point.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    x : (n_variables,) array
+        Initial point, in which the rates at the nodes are known.
+    events : sequence of PlanarEvent
+        Events of a similar gait, one for each phase; without them the impulses are zero.
+    """
+    structure, n_q = transcription.structure, transcription.structure.robot.n_q
+    for phase, moment in itertools.product(transcription.phases, MOMENTS):
+        entries = structure.list_impulses(phase.number, moment)
+        if not entries:
+            continue
+        column = transcription.variables[STAGES[moment], phase.number][:, 0]
+        x[column[-n_q:]] = x[transcription.builder.velocities(phase)[:, -1]]
+        known = events[phase.number].actuator_impulses if len(events) == len(transcription.phases) else ()
+        for stage in known:
+            if stage.moment == moment:
+                x[column[: len(entries)]] = stage.impulse[[entry.actuator for entry in entries]]
+                x[column[-n_q:]] = stage.v_plus if moment == "before" else stage.v_minus
 
 
 def read_planned_impulses(
