@@ -111,13 +111,13 @@ def stage_conditions(builder: PlanarBuilder, phase: GridPhase, instants: ImpactI
         if stage.moment == "before":
             conditions += [(Row(Key(Kind.APPROACH, names[i]), 0.0, math.inf), -rates[i]) for i in phase.closing()]
         else:
-            opened = [i for i, mode in enumerate(stage.modes) if mode is Mode.FREE and _was_closed(phase, i)]
+            opened = [i for i, mode in enumerate(stage.modes) if mode is Mode.FREE and _touches(phase, i)]
             conditions += [(Row(Key(Kind.SEPARATION_OF, names[i]), 0.0, math.inf), rates[i]) for i in opened]
         conditions += _signs(builder, stage)
     return conditions
 
 
-def _was_closed(phase: GridPhase, contact: int) -> bool:
+def _touches(phase: GridPhase, contact: int) -> bool:
     return phase.state[contact] is not Mode.FREE or (phase.outcome or ())[contact] is not Mode.FREE
 
 
@@ -195,7 +195,7 @@ def stage_works(builder: PlanarBuilder, stage: ImpulseStage, instants: ImpactIns
     """
     places = [entry.actuator for entry in stage.entries]
     before, after = (builder.robot.joint_rates(instants.q, v, instants.p)[places] for v in (stage.before, stage.after))
-    generated, absorbed, split = [], [], list_split_places(stage)
+    generated, absorbed, split = list[ca.SX](), list[ca.SX](), list_split_places(stage)
     for k, entry in enumerate(stage.entries):
         parts = [(entry.sign * stage.values[k], entry.sign)]
         if entry.sign == 0:

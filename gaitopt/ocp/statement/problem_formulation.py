@@ -124,8 +124,8 @@ def _actuator_impulses(problem: Any) -> tuple[Formula, ...]:
     units = dict(zip(problem.robot.actuators, problem.robot.actuator_units, strict=True))
     bounds = []
     for each in problem.impulses:
-        name = f"{each.actuator} {each.moment} {each.event}"
-        bounds.append(bound(name, *each.limits, f"{units[each.actuator]} s", rf"\text{{{escape_latex(name)}}}"))
+        name, (low, high) = f"{each.actuator} {each.moment} {each.event}", each.limits
+        bounds.append(bound(name, low, high, f"{units[each.actuator]} s", rf"\text{{{escape_latex(name)}}}"))
     law = Formula("impulses", "M (v' - v) = E P + Wᵀ Λ", r"M (v' - v) = E P + W^\mathsf{T} \Lambda")
     return (law, *collect("", bounds))
 

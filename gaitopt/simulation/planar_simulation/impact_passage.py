@@ -45,7 +45,7 @@ class ImpactPassage(NamedTuple):
     closed: list[int]
 
 
-class _Instant(NamedTuple):
+class _JumpEnd(NamedTuple):
     """Velocity, closed and latched contacts between two velocity jumps."""
 
     v: Array
@@ -72,7 +72,7 @@ def pass_impact(
         Closed and closing contacts, and the latched stops among them.
     impulses : EventImpulses or None
     """
-    q, at, stages = state.q, _Instant(state.v, state.closed, state.latched), list[ActuatorImpulses]()
+    q, at, stages = state.q, _JumpEnd(state.v, state.closed, state.latched), list[ActuatorImpulses]()
     if impulses is not None and np.any(impulses.before):
         jump = _jump(contacts, q, at, impulses.before)
         if isinstance(jump, Stop):
@@ -95,8 +95,8 @@ def pass_impact(
 
 
 def _jump(
-    contacts: ContactResolution, q: Array, at: _Instant, impulse: Array | None
-) -> tuple[_Instant, ImpactOutcome | None] | Stop:
+    contacts: ContactResolution, q: Array, at: _JumpEnd, impulse: Array | None
+) -> tuple[_JumpEnd, ImpactOutcome | None] | Stop:
     """Return the instant after a velocity jump, and its outcome at the contacts, None without contacts."""
     free = at.v if impulse is None else at.v + contacts.velocity_jump(q, at.v, impulse)
     if not at.closed:
@@ -105,7 +105,7 @@ def _jump(
     if outcome.status is not Determinacy.UNIQUE:
         return UNDETERMINED[outcome.status]
     v, closed = _close_slow(contacts, q, outcome, at.closed)
-    return _Instant(v, closed, at.latched & set(closed)), outcome
+    return _JumpEnd(v, closed, at.latched & set(closed)), outcome
 
 
 def _close_slow(
