@@ -3,14 +3,15 @@
 The legs push as hard as `force_limit`.  For a large limit and light feet the work tends to that of the impulsive gaits
 of Srinivasan & Ruina (Nature 439, 2006): P^2 / 2 per step and unit mass with the push-off P = w tan(al) of the inverted
 pendulum, or P = D g / (2 U) of the run.  Solve it with ``gaitopt solve problems/telescoping_biped.py``, the run with
-``--set sequence="foot A stick > flight |" --set speed=1.2 --set step_length=1``.
+``--set sequence="foot A stick > flight |" --set speed=1.2 --set step_length=1``.  With ``--set impulse_limit=1`` the
+legs of the walk push impulsively: the trailing one just before touchdown and the leading one just after it.
 """
 
 import numpy as np
 
 from gaitopt import Collocation, Margins, PositiveWork, TorqueSquared
 from gaitopt.model import telescoping_biped
-from gaitopt.ocp import PlanarKeyframes, PlanarLimits, PlanarProblem, PoseGuess
+from gaitopt.ocp import ActuatorImpulse, PlanarKeyframes, PlanarLimits, PlanarProblem, PoseGuess
 
 
 def stride_guess(step_length, period, duty, height):
@@ -34,6 +35,7 @@ def problem(
     speed=0.5,  # [m/s]
     step_length=0.4,  # [m]
     force_limit=4.0,  # of each leg [N]
+    impulse_limit=0.0,  # of the legs at touchdown [N s]; 0: forces alone
     torque_limit=0.02,  # of the hip, which swings the legs [N m]
     approach=0.1,  # least speed of landing [m/s]
     intervals=12,  # in each phase
@@ -43,6 +45,10 @@ def problem(
     duty = min(1.2 * share, 0.6) if "flight" in sequence else 1 + min(0.3 * share, 0.3)
     two_phases = len(sequence.replace("|", ">").split(">")) == 3
     length, angle = (leg_length / 2, leg_length), (-1, 1)
+    push, stop = (
+        ActuatorImpulse(leg, "foot B closes", limits=(0, impulse_limit or 1), moment=moment)
+        for leg, moment in (("leg A", "before"), ("leg B", "after"))
+    )
     return PlanarProblem(
         name="telescoping biped",
         robot=telescoping_biped(),
@@ -57,6 +63,7 @@ def problem(
             coordinate={"length_a": length, "length_b": length, "a": angle, "b": angle},
             clearance=2e-3,
         ),
+        impulses=(push, stop) if impulse_limit else (),
         margins=Margins(touchdown_rate=approach, slip_speed=0, normal_force=0),
         guess=stride_guess(step_length, step_length / speed, duty, 0.96 * leg_length) if two_phases else PoseGuess(),
         transcription=Collocation(intervals=intervals, tolerance=1e-8),

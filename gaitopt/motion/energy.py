@@ -27,8 +27,8 @@ ROUNDING = 1e-12
 class Ledger:
     """Sources and losses of the energy of a motion [J].
 
-    actuator + gravity = impact_loss + friction_loss + damping_loss + transition_loss + kinetic_change
-    + elastic_change, up to `residual`.
+    actuator + impulse_generated - impulse_absorbed + gravity = impact_loss + friction_loss + damping_loss
+    + transition_loss + kinetic_change + elastic_change, up to `residual`.
 
     Attributes
     ----------
@@ -45,6 +45,9 @@ class Ledger:
         robot without them.
     transition_loss : float
         Kinetic energy that the resets of transitions within a step remove, zero with Coulomb friction.
+    impulse_generated, impulse_absorbed : float
+        Positive and negative work of impulses of the actuators, both >= 0; zero without such impulses.  `actuator` does
+        not contain them.
 
     Examples
     --------
@@ -60,6 +63,8 @@ class Ledger:
     damping_loss: float = 0.0
     elastic_change: float = 0.0
     transition_loss: float = 0.0
+    impulse_generated: float = 0.0
+    impulse_absorbed: float = 0.0
 
     @property
     def losses(self) -> float:
@@ -70,7 +75,8 @@ class Ledger:
     def residual(self) -> float:
         """Closing error of the ledger [J]."""
         changes = self.kinetic_change, self.damping_loss, self.elastic_change, self.transition_loss
-        return self.actuator + self.gravity - self.impact_loss - self.friction_loss - sum(changes)
+        supplied = self.actuator + self.gravity + self.impulse_generated - self.impulse_absorbed
+        return supplied - self.impact_loss - self.friction_loss - sum(changes)
 
     @property
     def relative_residual(self) -> float:

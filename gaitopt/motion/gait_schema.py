@@ -154,6 +154,11 @@ def _check_planar_motion(motion: PlanarMotion, *, finite: bool) -> None:
         _check_numbers(place, event, ("time", "energy_lost", "switch_work"), finite=finite)
         for state in filter(None, (event.before, event.after, event.outcome)):
             _check_names(place, [name for name, _ in state.modes], names)
+        for stage in event.actuator_impulses:
+            rows = dict.fromkeys(("v_minus", "v_plus"), (n_q,)) | {"reaction": (n_c, 2)}
+            rows |= dict.fromkeys(("impulse", "generated", "absorbed"), (n_u,))
+            _check_arrays(f"impulses {stage.moment} {place}", stage, rows, finite=finite)
+            _check_names(place, [name for name, _ in stage.outcome.modes], names)
 
 
 def _check_time(time: Array, number: int, *, finite: bool) -> int:

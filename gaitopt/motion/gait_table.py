@@ -136,10 +136,17 @@ def describe_energy(energy: Ledger) -> str:
     'actuators 1.000000 J + gravity 0.000000 J = impact 1.000000 J + friction 0.000000 J, balance error 0.0e+00'
     """
     return (
-        f"actuators {energy.actuator:z.6f} J + gravity {energy.gravity:z.6f} J = "
+        f"actuators {energy.actuator:z.6f} J{_impulses(energy)} + gravity {energy.gravity:z.6f} J = "
         f"impact {energy.impact_loss:z.6f} J + friction {energy.friction_loss:z.6f} J{_forces(energy)}, "
         f"balance error {energy.relative_residual:.1e}"
     )
+
+
+def _impulses(energy: Ledger) -> str:
+    """Return the work of impulses of the actuators, if there are any."""
+    if not (energy.impulse_generated or energy.impulse_absorbed):
+        return ""
+    return f" + impulses ({energy.impulse_generated:z.6f} - {energy.impulse_absorbed:z.6f}) J"
 
 
 def _forces(energy: Ledger) -> str:

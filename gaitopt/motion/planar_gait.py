@@ -147,8 +147,9 @@ class PlanarGait(LazyRecord):
 
     @property
     def cost_of_transport(self) -> float:
-        """Absolute joint work, summed between samples, over weight times travel; nan without travel."""
+        """Absolute joint work, summed between samples and with that of impulses, over weight times travel, or nan."""
         work = sum(float(np.abs(np.diff(segment.work, axis=1)).sum()) for segment in self.motion.segments)
+        work += sum(self.motion.impulse_work)
         weight = self.motion.total_mass * self.motion.parameters["gravity"]
         return work / (weight * self.step_length) if self.step_length else float("nan")
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.motion.summary import ledger_facts, plain
@@ -141,7 +142,21 @@ def event_facts(motion: PlanarMotion, event: PlanarEvent) -> dict[str, Any]:
         "ratio": {motion.contacts[i]: t / n if n else None for i, (t, n) in enumerate(event.impulse) if i in received},
         "impulse": {motion.contacts[i]: event.impulse[i].tolist() for i in received},
         "energy_lost": event.energy_lost,
+        "actuator_impulses": [_impulse_facts(motion, stage) for stage in event.actuator_impulses],
         "velocity_after": dict(zip(motion.coordinates, event.v_plus.tolist(), strict=True)),
+    }
+
+
+def _impulse_facts(motion: PlanarMotion, stage: ActuatorImpulses) -> dict[str, Any]:
+    """Return simultaneous impulses of actuators as plain data [N s or N m s, J]."""
+    acting = np.flatnonzero(stage.impulse)
+    values = {"impulse": stage.impulse, "generated": stage.generated, "absorbed": stage.absorbed}
+    by_actuator = {name: {motion.actuators[i]: column[i].item() for i in acting} for name, column in values.items()}
+    received = np.flatnonzero(stage.reaction.any(axis=1))
+    return {
+        "moment": stage.moment,
+        **by_actuator,
+        "reaction": {motion.contacts[i]: stage.reaction[i].tolist() for i in received},
     }
 
 

@@ -18,6 +18,7 @@ from gaitopt.motion.gait_table import (
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
+from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.status import Status
 
 LEAST_IMPULSE = 1e-6
@@ -124,7 +125,25 @@ def _events(gait: PlanarGait) -> Facts:
         if not event.is_impact and any(name.endswith(" closes") for name in event.names):
             received = "; without impulse"
         facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
+        facts += _actuator_impulses(gait, event)
     return facts
+
+
+def _actuator_impulses(gait: PlanarGait, event: PlanarEvent) -> Facts:
+    """Return the impulse of each actuator at an event, and its work."""
+    units = dict(zip(gait.motion.actuators, gait.motion.actuator_units, strict=True))
+    return [
+        (
+            "impulse",
+            f"{name} {value:.4g} {units[name]} s just {stage.moment} the impact: "
+            f"generates {generated:z.6f} J, absorbs {absorbed:z.6f} J",
+        )
+        for stage in event.actuator_impulses
+        for name, value, generated, absorbed in zip(
+            gait.motion.actuators, stage.impulse, stage.generated, stage.absorbed, strict=True
+        )
+        if value
+    ]
 
 
 def _impacts(gait: PlanarGait) -> Facts:

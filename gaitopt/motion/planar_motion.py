@@ -11,6 +11,7 @@ from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.terrain import Terrain
+from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
@@ -89,13 +90,16 @@ class PlanarEvent:
     before, after : ContactState
     q, v_minus, v_plus : (n_q,) arrays
     impulse : (n_c, 2) array [N s]
-        (Lambda_t, Lambda_n) of each contact; zero without an impact.
+        (Lambda_t, Lambda_n) of each contact in the impact; zero without an impact.
     outcome : ContactState or None
         Mode of each contact in the impact, free if it has no impulse; None without an impact.
     energy_lost : float [J]
-        Kinetic energy lost in the impact.
+        Energy lost in the impact: kinetic energy before minus after it, plus the work of the impulses of actuators.
     switch_work : float [J]
         Elastic energy added by switched springs.
+    actuator_impulses : tuple of ActuatorImpulses
+        Impulses of actuators just before and just after the impact; v_minus is the velocity before and v_plus that
+        after all of them.
 
     Examples
     --------
@@ -117,6 +121,7 @@ class PlanarEvent:
     outcome: ContactState | None = None
     energy_lost: float = 0.0
     switch_work: float = 0.0
+    actuator_impulses: tuple[ActuatorImpulses, ...] = ()
 
     def __repr__(self) -> str:
         return f"PlanarEvent({self.time:.6g} s, {' & '.join(self.names)})"
@@ -125,6 +130,12 @@ class PlanarEvent:
     def is_impact(self) -> bool:
         """Whether a contact closes with an impulse."""
         return self.outcome is not None
+
+    @property
+    def impulse_work(self) -> tuple[float, float]:
+        """Work that the impulses of actuators generate and absorb [J], both >= 0."""
+        stages = self.actuator_impulses
+        return float(sum(one.generated.sum() for one in stages)), float(sum(one.absorbed.sum() for one in stages))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -246,12 +257,21 @@ class PlanarMotion:
         """Return an array of the segments, such as ``"q"``, joined along time."""
         return np.concatenate([getattr(segment, name) for segment in self.segments], axis=-1)
 
+    @property
+    def impulse_work(self) -> tuple[float, float]:
+        """Work that the impulses of actuators generate and absorb in all events [J], both >= 0."""
+        works = [event.impulse_work for event in self.events]
+        return sum(work[0] for work in works), sum(work[1] for work in works)
+
     def ledger(self) -> Ledger:
         """Return sources and losses of the energy [J]; the work of switched springs counts as that of an actuator."""
         if not self.segments:
             return Ledger(0.0, 0.0, 0.0, 0.0, 0.0)
         lost = [event.energy_lost for event in self.events]
-        last = lost[-1] if len(self.events) == len(self.segments) else 0.0
+        generated, absorbed = self.impulse_work
+        last = 0.0
+        if len(self.events) == len(self.segments):  # nothing follows the last event
+            last = lost[-1] - (self.events[-1].impulse_work[0] - self.events[-1].impulse_work[1])
         switched = sum(event.switch_work for event in self.events)
         gravity = [segment.potential - segment.elastic for segment in self.segments]
         return Ledger(
@@ -262,4 +282,6 @@ class PlanarMotion:
             kinetic_change=float(self.segments[-1].kinetic[-1] - last - self.segments[0].kinetic[0]),
             damping_loss=float(sum(segment.damping_work[-1] for segment in self.segments)),
             elastic_change=float(sum(segment.elastic[-1] - segment.elastic[0] for segment in self.segments) + switched),
+            impulse_generated=generated,
+            impulse_absorbed=absorbed,
         )

@@ -11,6 +11,7 @@ import numpy as np
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, read_contact_entry
 from gaitopt.model.terrain import Terrain
+from gaitopt.motion.actuator_impulses import MOMENTS, ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
@@ -20,6 +21,7 @@ _SEGMENT = ("time", "q", "v", "torque", "force", "work", "friction_work", "dampi
 _SEGMENT_ARRAYS = (*_SEGMENT, "elastic", "points")
 _KINEMATICS = ("gap", "slide", "slip_speed", "rims")
 _EVENT_ARRAYS = ("q", "v_minus", "v_plus", "impulse")
+_IMPULSE_ARRAYS = ("impulse", "reaction", "v_minus", "v_plus", "generated", "absorbed")
 _EVENT_NUMBERS = ("time", "energy_lost", "switch_work")
 
 
@@ -51,6 +53,8 @@ def write_planar_motion(group: h5py.Group, motion: PlanarMotion) -> None:
         if event.outcome is not None:
             part.attrs["outcome"] = _describe_state(event.outcome)
         _write_arrays(part, event, _EVENT_ARRAYS, units)
+        for stage in event.actuator_impulses:
+            _write_impulses(part.create_group(f"actuator_impulses_{stage.moment}"), stage, units)
 
 
 def read_planar_motion(group: h5py.Group) -> PlanarMotion:
@@ -84,12 +88,19 @@ def _units_of(motion: PlanarMotion) -> dict[str, str]:
         "torque": _join(motion.actuator_units),
         "force": _join(stops),
         "impulse": _join(f"{unit} s" for unit in stops),
+        "actuator impulse": _join(f"{unit} s" for unit in motion.actuator_units),
         "points": "m",
         "gap": _join(entry.unit for entry in motion.contact_entries),
         "slide": "m",
         "slip_speed": "m/s",
         "rims": "m, m, m, rad",
     }
+
+
+def _write_impulses(group: h5py.Group, stage: ActuatorImpulses, units: dict[str, str]) -> None:
+    group.attrs["outcome"] = _describe_state(stage.outcome)
+    named = units | {"impulse": units["actuator impulse"], "reaction": units["impulse"]}
+    _write_arrays(group, stage, _IMPULSE_ARRAYS, named)
 
 
 def _join(units: Iterable[str]) -> str:
@@ -123,6 +134,15 @@ def _read_event(group: h5py.Group) -> PlanarEvent:
         before=_read_state(group.attrs["before"]),
         after=_read_state(group.attrs["after"]),
         outcome=_read_state(group.attrs["outcome"]) if "outcome" in group.attrs else None,
+        actuator_impulses=tuple(
+            ActuatorImpulses(
+                moment=moment,
+                outcome=_read_state(group[name].attrs["outcome"]),
+                **_read_arrays(group[name], _IMPULSE_ARRAYS),
+            )
+            for moment in MOMENTS
+            if (name := f"actuator_impulses_{moment}") in group
+        ),
         **numbers,
         **arrays,
     )

@@ -1,4 +1,5 @@
 from gaitopt.ocp.mode_search.homotopy import Homotopy as Homotopy
+from gaitopt.ocp.multicontact.actuator_impulse import ActuatorImpulse as ActuatorImpulse
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait as FromPlanarGait
 from gaitopt.ocp.multicontact.planar_guess import PlanarGuess as PlanarGuess
 from gaitopt.ocp.multicontact.planar_guess import PlanarKeyframes as PlanarKeyframes

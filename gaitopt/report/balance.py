@@ -16,7 +16,7 @@ SIDE, LARGEST = 170, 3.0
 def draw_ledger(energy: Ledger) -> Element:
     """Return the entries of an energy ledger as bars: energy supplied above, energy lost below.
 
-    The entries of dampers, transitions and springs are drawn where they are not zero.
+    The entries of impulses of the actuators, of dampers, transitions and springs are drawn where they are not zero.
 
     Examples
     --------
@@ -26,6 +26,8 @@ def draw_ledger(energy: Ledger) -> Element:
     """
     entries = [
         ("actuators", energy.actuator, "in"),
+        *([("impulses +", energy.impulse_generated, "in")] if energy.impulse_generated else []),
+        *([("impulses \N{MINUS SIGN}", -energy.impulse_absorbed, "in")] if energy.impulse_absorbed else []),
         ("gravity", energy.gravity, "in"),
         ("impact", energy.impact_loss, "out"),
         ("friction", energy.friction_loss, "out"),

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.torque_interpolation import interpolate_torque
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import name_modes
@@ -133,10 +134,11 @@ class _Replay:
         self.segments.append(make_planar_segment(self.automata[self.impacts], arc))
         if arc.failed or arc.ended_by is None:
             return Stop.SINGULAR if arc.failed else Stop.DURATION_DONE
-        resolved = self.automata[self.impacts].events.resolve(arc)
+        planned = EventImpulses.of(self.planned.events[len(self.events)].actuator_impulses)
+        resolved = self.automata[self.impacts].events.resolve(arc, planned)
         if not isinstance(resolved, Stop) and resolved[1].is_impact and self.impacts + 1 < len(self.automata):
             self.impacts += 1  # the torques after the impact determine the modes
-            resolved = self.automata[self.impacts].events.resolve(arc)
+            resolved = self.automata[self.impacts].events.resolve(arc, planned)
         if isinstance(resolved, Stop):
             return resolved
         self.events.append(resolved[1])

@@ -10,7 +10,12 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.gain_matrix import GainMatrix
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.control.planar_laws.planar_reference import PlanarReference, planar_references, used_actuators
+from gaitopt.control.planar_laws.planar_reference import (
+    PlanarReference,
+    plan_impulses,
+    planar_references,
+    used_actuators,
+)
 from gaitopt.control.signature import control_function, inputs_of, make_memory, torque_function
 from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError, suggest
@@ -49,7 +54,7 @@ def planar_feedforward(gait: PlanarGait) -> PlanarLaw:
         data = ca.SX.sym("data", rows)
         control = _torque_of(gait.robot, data, plan)
         parts.append(Law("feedforward", control, plan.breakpoints, plan.table[:rows]))
-    return PlanarLaw("feedforward", section, tuple(parts))
+    return PlanarLaw("feedforward", section, tuple(parts), plan_impulses(gait))
 
 
 @check_arguments
@@ -108,7 +113,7 @@ def planar_joint_pd(
         rows = {name: plan.size + i for i, name in enumerate(names)}
         law = Law("joint_pd", control, plan.breakpoints, table, rows)
         parts.append(limit_torque(law, torque_limits(robot, torque_limit)))
-    return PlanarLaw("joint_pd", section, tuple(parts))
+    return PlanarLaw("joint_pd", section, tuple(parts), plan_impulses(gait))
 
 
 @check_arguments
@@ -169,7 +174,8 @@ def planar_step_to_step(
     selection = np.eye(robot.n_u)[:, places]
     parts = [_add_windows(part, state, gains, names, selection, duration) for part in law.parts]
     named = GainMatrix("K", tuple(names), robot.state_names, parts[0].table.shape[0] - gains.size)
-    return PlanarLaw("step_to_step", law.section, tuple(replace(part, gain_matrices=(named,)) for part in parts))
+    named_parts = tuple(replace(part, gain_matrices=(named,)) for part in parts)
+    return PlanarLaw("step_to_step", law.section, named_parts, law.impulses)
 
 
 def find_section(gait: PlanarGait) -> str:

@@ -1,9 +1,25 @@
 """PlanarLaw: the control law of a periodic motion with impacts, one law for each part between two of them."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from gaitopt.control.law import Law
 from gaitopt.errors import InputError
+from gaitopt.motion.actuator_impulses import EventImpulses
+
+
+class PlannedImpulses(NamedTuple):
+    """Impulses of the actuators at an impact of a plan.
+
+    Attributes
+    ----------
+    contact : str
+        A contact that closes in the impact; at another impact the impulses do not act.
+    values : EventImpulses
+    """
+
+    contact: str
+    values: EventImpulses
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +37,8 @@ class PlanarLaw:
     parts : tuple of Law
         Law of each part of the period between two impacts; the last one continues until the section.  They have the
         same latched values, which the first one latches.
+    impulses : tuple of PlannedImpulses or None
+        Impulses of the actuators at the impact that ends each part, None for a part without any; empty if no part has.
 
     Raises
     ------
@@ -38,10 +56,16 @@ class PlanarLaw:
     name: str
     section: str
     parts: tuple[Law, ...]
+    impulses: tuple[PlannedImpulses | None, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.parts:
             raise InputError(f"The law {self.name!r} needs a law for each part of its period, got none.")
+        if len(self.impulses) not in (0, len(self.parts)):
+            raise InputError(
+                f"The law {self.name!r} has {len(self.parts)} parts, but {len(self.impulses)} entries of impulses; "
+                "accepted are as many as parts, or none."
+            )
         for part in self.parts:
             if part.memory.events or part.index is not None:
                 raise InputError(

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.planar_laws.planar_law import PlannedImpulses
 from gaitopt.control.reference import polynomial, quintic
 from gaitopt.model.planar.phase_system import make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.motion.planar_motion import PlanarSegment
+from gaitopt.motion.planar_motion import PlanarEvent, PlanarSegment
 
 IDLE = 1e-6
 """Torque [N m] or force [N] below which an actuator counts as idle."""
@@ -74,6 +76,28 @@ def used_actuators(gait: PlanarGait) -> tuple[str, ...]:
     """Return the actuators with a planned torque; others may not act at all, such as the ankle of a free foot."""
     largest = np.max(np.abs(gait.motion.channel("torque")), axis=1)
     return tuple(name for name, size in zip(gait.robot.actuators, largest, strict=True) if size > IDLE)
+
+
+def plan_impulses(gait: PlanarGait) -> tuple[PlannedImpulses | None, ...]:
+    """Return the impulses of the actuators at each impact of a gait; empty if it has none.
+
+    Examples
+    --------
+    >>> plan_impulses.__name__
+    'plan_impulses'
+    """
+    planned = [plan_event_impulses(event) for event in gait.motion.events if event.is_impact]
+    return tuple(planned) if any(planned) else ()
+
+
+def plan_event_impulses(event: PlanarEvent) -> PlannedImpulses | None:
+    """Return the impulses of the actuators at an event; None if it has none."""
+    values = EventImpulses.of(event.actuator_impulses)
+    if values is None:
+        return None
+    return PlannedImpulses(
+        next(name for name in event.names if name.endswith(" closes")).removesuffix(" closes"), values
+    )
 
 
 def _columns(robot: PlanarRobot, segment: PlanarSegment, p: Array, count: int) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_feedback import find_section
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.control.planar_laws.planar_reference import PlanarReference, planar_references
+from gaitopt.control.planar_laws.planar_reference import PlanarReference, plan_impulses, planar_references
 from gaitopt.control.signature import torque_function
 from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.errors import InputError
@@ -54,7 +54,7 @@ def planar_state_feedback(
     for plan, part in zip(references, gains, strict=True):
         law = Law(name, _control(robot, plan), plan.breakpoints, np.vstack([plan.table, _rows(plan, part)]))
         parts.append(limit_torque(law, torque_limits(robot, torque_limit)))
-    return PlanarLaw(name, section, tuple(parts))
+    return PlanarLaw(name, section, tuple(parts), plan_impulses(gait))
 
 
 def _rows(plan: PlanarReference, gains: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import contact_forces, group_sticking
+from gaitopt.ocp.multicontact.impulse_stages import list_instants, stage_conditions
 from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
 from gaitopt.ocp.multicontact.planar_builder import (
     PlanarBuilder,
@@ -122,10 +123,8 @@ def planar_event_block(builder: PlanarBuilder, phase: GridPhase) -> Block | None
     p = builder.parameters(local)
     q = local.add("q", builder.coordinates(phase)[:, [phase.count]])
     v = local.add("v", builder.velocities(phase)[:, [phase.count]])
-    following = builder.phases[0 if phase.is_last else phase.number + 1]
-    after = local.add("v after", builder.velocities(following)[:, [0]])
-    mirror = np.eye(n) if robot.mirror is None or not phase.is_last else robot.mirror.coordinates
-    after = ca.DM(mirror.T) @ after
+    after = builder.rates_after(local, phase)
+    mirror = np.eye(n) if robot.mirror is None else robot.mirror.coordinates
     conditions: list[Condition] = []
     if phase.is_last:
         first = local.add("q first", builder.variables[Unknown.COORDINATES][:, [0]])
@@ -141,7 +140,9 @@ def planar_event_block(builder: PlanarBuilder, phase: GridPhase) -> Block | None
         conditions += _torque_periodicity(builder, local, phase)
     else:
         impulse = local.add("impulse", builder.variables[Unknown.IMPULSE, phase.number])
-        conditions += _impact_conditions(builder, phase, (q, v, after, impulse, p))
+        instants = list_instants(builder, local, phase, (q, v, after, p))
+        conditions += _impact_conditions(builder, phase, (q, instants.impact_before, instants.impact_after, impulse, p))
+        conditions += stage_conditions(builder, phase, instants)
     return _finish(builder, local, (Group.EVENT, phase.number), event_place(phase), conditions)
 
 

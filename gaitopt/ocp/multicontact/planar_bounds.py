@@ -1,5 +1,6 @@
 """Numbers of the NLP of a planar robot: data and bounds of one problem."""
 
+import itertools
 import math
 from collections.abc import Mapping
 
@@ -7,9 +8,10 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.actuator_impulses import MOMENTS
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase, opening_bodies
-from gaitopt.ocp.multicontact.planar_builder import PlanarStructure, impact_contacts
+from gaitopt.ocp.multicontact.planar_builder import STAGES, PlanarStructure, impact_contacts, stage_modes
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -20,17 +22,20 @@ from gaitopt.ocp.transcription.nlp_builder import MARGINS
 def planar_structure(problem: PlanarProblem) -> PlanarStructure:
     """Return the structure of a problem's NLP."""
     limits = problem.limits.torques(problem.robot.actuators)
+    impulses = tuple(sorted(problem.impulse_entries))
+    pushing = {entry.actuator for entry in impulses}
     return PlanarStructure(
         robot=problem.robot,
         sequence=problem.sequence,
         objective=problem.objective,
         scheme=problem.transcription.scheme,
         counts=problem.counts,
-        powered=tuple(i for i, limit in enumerate(limits) if limit > 0),
+        powered=tuple(i for i, limit in enumerate(limits) if limit > 0 or i in pushing),
         infinite=math.isinf(problem.friction),
         points=tuple(problem.limits.height),
         lifted=problem.lifted,
         free=tuple(problem.free),
+        impulses=impulses,
     )
 
 
@@ -60,7 +65,8 @@ def planar_bounds(transcription: PlanarTranscription, problem: PlanarProblem) ->
         g_lower[rows.find(kind)] = margin
     for phase in transcription.phases:
         if phase.outcome is not None:
-            _set_lower(transcription, g_lower, (Group.END, phase.number), Kind.APPROACH, margins.touchdown_rate)
+            for group in (Group.END, Group.EVENT):
+                _set_lower(transcription, g_lower, (group, phase.number), Kind.APPROACH, margins.touchdown_rate)
             _set_lower(transcription, g_lower, (Group.EVENT, phase.number), Kind.SLIP_SPEED_OF, margins.slip_speed)
         _bound_slip(transcription, phase, margins.slip_speed, g_lower)
         _bound_gaps(transcription, phase, problem.limits.clearance, g_lower)
@@ -155,6 +161,7 @@ def _bounds_of_unknowns(transcription: PlanarTranscription, problem: PlanarProbl
     for phase in transcription.phases:
         _bound_forces(transcription, phase, problem.margins.normal_force * weight, lower, upper)
         _bound_impulses(transcription, phase, problem.limits.impulse, lower)
+    _bound_actuator_impulses(transcription, problem, lower, upper)
     return lower, upper
 
 
@@ -202,6 +209,26 @@ def _bound_impulses(transcription: PlanarTranscription, phase: GridPhase, least:
         if phase.outcome[i] is not Mode.LATCHED:
             foot = transcription.structure.robot.contacts[i].kind != "stop"
             lower[column[k]] = least if foot else 0.0
+
+
+def _bound_actuator_impulses(
+    transcription: PlanarTranscription, problem: PlanarProblem, lower: Array, upper: Array
+) -> None:
+    """Bound the impulses of actuators, and their normal reactions, which are not negative except at latched stops."""
+    structure = transcription.structure
+    for phase, moment in itertools.product(transcription.phases, MOMENTS):
+        entries = structure.list_impulses(phase.number, moment)
+        if not entries:
+            continue
+        column = transcription.variables[STAGES[moment], phase.number][:, 0]
+        split = len(structure.split_impulses(phase.number, moment))
+        for place, entry in zip(column, entries, strict=False):
+            lower[place], upper[place] = problem.impulse_entries[entry]
+        lower[column[len(entries) : len(entries) + split]] = 0.0
+        modes = [mode for mode in stage_modes(phase, moment) if mode is not Mode.FREE]
+        for place, mode in zip(column[len(entries) + split :], modes, strict=False):
+            if mode is not Mode.LATCHED:
+                lower[place] = 0.0
 
 
 def weight_of(robot: PlanarRobot, values: Mapping[str, float]) -> float:

@@ -11,7 +11,9 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.newton_euler import NewtonEuler
 from gaitopt.model.planar.phase_system import group_sticking
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.actuator_impulses import MOMENTS, Moment
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.actuator_impulse import ImpulseEntry
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.nlp.keys import DESIGN, STEP, Group, Key, Kind, Place, StepPart, Unknown, equation
 from gaitopt.ocp.nlp.layout import Index, Layout, Rows
@@ -42,6 +44,8 @@ class PlanarStructure:
         Whether accelerations and forces of the joints are unknowns.
     free : tuple of str
         Names of the parameters of robot and ground that are unknowns.
+    impulses : tuple of ImpulseEntry
+        Impulses of actuators.
     """
 
     robot: PlanarRobot
@@ -54,6 +58,16 @@ class PlanarStructure:
     points: tuple[str, ...] = ()
     lifted: bool = False
     free: tuple[str, ...] = ()
+    impulses: tuple[ImpulseEntry, ...] = ()
+
+    def list_impulses(self, phase: int, moment: Moment) -> list[ImpulseEntry]:
+        """Return the impulses of actuators just before or just after the impact that ends a phase."""
+        return [entry for entry in self.impulses if entry.phase == phase and entry.moment == moment]
+
+    def split_impulses(self, phase: int, moment: Moment) -> list[ImpulseEntry]:
+        """Return those among them with positive and negative parts: of either sign, if the objective counts work."""
+        entries = self.list_impulses(phase, moment) if self.objective.uses_power else []
+        return [entry for entry in entries if entry.sign == 0]
 
     @property
     def equations(self) -> NewtonEuler:
@@ -132,6 +146,13 @@ class PlanarBuilder:
         """Return the indices of v at the nodes of a phase, shape (n_q, count + 1)."""
         return self._velocities[phase.number]
 
+    def rates_after(self, local: BlockVariables, phase: GridPhase) -> ca.SX:
+        """Return the rates after the event that ends a phase, in the names of this phase, shape (n_q, 1)."""
+        following = self.phases[0 if phase.is_last else phase.number + 1]
+        after = local.add(f"v after event {phase.number}", self.velocities(following)[:, [0]])
+        mirror = self.robot.mirror if phase.is_last else None
+        return after if mirror is None else ca.DM(mirror.coordinates.T) @ after
+
     def torques(self, phase: GridPhase) -> Index:
         """Return the indices of the torques at the nodes of a phase, shape (n_u, count + 1)."""
         return self._torques[phase.number]
@@ -163,6 +184,10 @@ def lay_out_unknowns(structure: PlanarStructure, phases: Sequence[GridPhase]) ->
         _add_phase(layout, structure, phase)
         if phase.outcome is not None:
             layout.add((Unknown.IMPULSE, phase.number), impulse_keys(structure, phase), [event_place(phase)])
+            for moment in MOMENTS:
+                if structure.list_impulses(phase.number, moment):
+                    keys = stage_keys(structure, phase, moment)
+                    layout.add((STAGES[moment], phase.number), keys, [event_place(phase)])
     layout.add(Unknown.DURATION, [Key(Kind.DURATION)], [phase.place() for phase in phases])
     if structure.objective.per_weight_and_travel:
         layout.add(Unknown.INTEGRAL, [Key(Kind.INTEGRAL)], [STEP])
@@ -175,6 +200,39 @@ def lay_out_unknowns(structure: PlanarStructure, phases: Sequence[GridPhase]) ->
     if structure.free:
         layout.add(Unknown.DESIGN, [Key(Kind.DESIGN, name) for name in structure.free], [DESIGN])
     return layout
+
+
+STAGES = {"before": Unknown.IMPULSE_BEFORE, "after": Unknown.IMPULSE_AFTER}
+"""Tables of the unknowns of impulses of actuators."""
+
+
+def stage_keys(structure: PlanarStructure, phase: GridPhase, moment: Moment) -> list[Key]:
+    """Return the keys of the impulses of actuators and their reactions, and of the rates between them and the impact.
+
+    The order is: impulses, negative parts of those of either sign, normal reactions of the closed contacts, tangential
+    ones of the sticking bodies, rates.
+    """
+    robot, names = structure.robot, structure.robot.contact_names
+    modes = stage_modes(phase, moment)
+    keys = [
+        Key(Kind.ACTUATOR_IMPULSE, robot.actuators[e.actuator]) for e in structure.list_impulses(phase.number, moment)
+    ]
+    split = structure.split_impulses(phase.number, moment)
+    keys += [Key(Kind.NEGATIVE_IMPULSE, robot.actuators[entry.actuator]) for entry in split]
+    keys += [Key(Kind.IMPULSE, names[i]) for i, mode in enumerate(modes) if mode is not Mode.FREE]
+    keys += [Key(Kind.IMPULSE, f"{names[first]}, tangential") for first, *_ in group_sticking(robot, modes)]
+    return keys + [Key(Kind.RATE, name) for name in robot.coordinates]
+
+
+def stage_modes(phase: GridPhase, moment: Moment) -> list[Mode]:
+    """Return the modes of all contacts while actuators act impulsively just before or after the impact of a phase.
+
+    After it, the contacts that stay closed have their modes in the impact.
+    """
+    if moment == "before":
+        return list(phase.state)
+    pairs = zip(phase.outcome or (), phase.after, strict=True)
+    return [mode if after is not Mode.FREE else Mode.FREE for mode, after in pairs]
 
 
 def _add_phase(layout: Layout, structure: PlanarStructure, phase: GridPhase) -> None:

@@ -1,7 +1,9 @@
 """Certificate of the optimal gait of a planar robot on its grid, and derivatives of its cost."""
 
 import functools
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -86,3 +88,18 @@ def list_planar_numbers(problem: PlanarProblem) -> Iterator[Number]:
         )
     yield from list_limit_values(problem, ("rate", "shortest_phase", "longest_step", "clearance", "impulse"))
     yield from list_margins(problem)
+    for place, impulse in enumerate(problem.impulses):
+        for side, value in enumerate(impulse.limits):
+            if value == 0 or math.isinf(value):  # a limit of zero determines the sign of the impulse
+                continue
+            bound, subject = ("lower", "upper")[side], f"{impulse.actuator} {impulse.moment} {impulse.event}"
+            name = f"{bound} limit of the impulse of {subject}"
+            yield Number(name, value, functools.partial(_change_impulse, problem, place, side))
+
+
+def _change_impulse(problem: PlanarProblem, place: int, side: int, value: float) -> PlanarProblem:
+    """Return a problem with another limit of an impulse of an actuator."""
+    impulse, impulses = problem.impulses[place], list(problem.impulses)
+    limits = (value, impulse.limits[1]) if side == 0 else (impulse.limits[0], value)
+    impulses[place] = replace(impulse, limits=limits)
+    return problem.replace(impulses=tuple(impulses))

@@ -18,6 +18,7 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_motion import PlanarEvent
 
 TYPICAL_SPEED = 0.5
 """Speed [m/s] of the guess if neither speed nor period is known."""
@@ -85,6 +86,11 @@ class PlanarGuess(ABC):
     def parameters(self) -> Mapping[str, float]:
         """Initial values of free parameters (SI units); missing ones start from the values of the problem."""
         return {}
+
+    @property
+    def events(self) -> tuple[PlanarEvent, ...]:
+        """Events from whose impulses of actuators a solve begins; empty if none are known."""
+        return ()
 
     @abstractmethod
     def durations(self, setting: PlanarSetting) -> Array:
@@ -227,6 +233,11 @@ class FromPlanarGait(PlanarGuess):
     def parameters(self) -> Mapping[str, float]:
         """Initial values of free parameters: those of the gait (SI units)."""
         return self.gait.motion.parameters
+
+    @property
+    def events(self) -> tuple[PlanarEvent, ...]:
+        """Events of the gait, from whose impulses of actuators a solve begins."""
+        return self.gait.motion.events
 
     def durations(self, setting: PlanarSetting) -> Array:
         """Return the durations of the gait's phases, or typical ones for another number of phases."""

@@ -15,6 +15,7 @@ from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import impact_contacts
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.multicontact.planned_impulses import read_planned_impulses
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.solution import runge_kutta
 from gaitopt.ocp.statement.free_parameters import clip_values
@@ -152,10 +153,12 @@ def _event(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: Ar
     if phase.is_last and robot.mirror is not None:
         after = robot.mirror.coordinates.T @ after
     impulse, lost, outcome = np.zeros((len(names), 2)), 0.0, None
+    stages = read_planned_impulses(transcription, phase, x, (q, v, after, p))
     if phase.outcome is not None:
         impulse = _impulses(transcription, phase, x, p)
         before_and_after = [float(robot.energy(q, speed, p)[0]) for speed in (v, after)]
-        lost, outcome = before_and_after[0] - before_and_after[1], sequence.outcome(robot, phase.number)
+        lost = before_and_after[0] - before_and_after[1] + sum(stage.work for stage in stages)
+        outcome = sequence.outcome(robot, phase.number)
     return PlanarEvent(
         time=time,
         names=sequence.describe_event(robot, phase.number),
@@ -167,6 +170,7 @@ def _event(transcription: PlanarTranscription, phase: GridPhase, x: Array, p: Ar
         impulse=impulse,
         outcome=outcome,
         energy_lost=lost,
+        actuator_impulses=stages,
     )
 
 

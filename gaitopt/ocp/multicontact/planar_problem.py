@@ -11,6 +11,12 @@ from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.actuator_impulse import (
+    ActuatorImpulse,
+    ImpulseEntry,
+    check_impulses,
+    list_impulse_entries,
+)
 from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
 from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
 from gaitopt.ocp.provenance import plain_fields
@@ -63,6 +69,9 @@ class PlanarProblem:
         Its integrand and peak take a :class:`gaitopt.ocp.multicontact.planar_objective.PlanarInstant`, its boundary
         term a :class:`gaitopt.ocp.multicontact.planar_step_cost.PlanarStepBoundary`.
     limits : PlanarLimits
+    impulses : tuple of ActuatorImpulse
+        Impulses of actuators just before or just after impacts, such as a push-off, which are unknowns.  Objectives of
+        work count theirs, those of torques do not.
     margins : Margins
         `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
     guess : PlanarGuess
@@ -100,6 +109,7 @@ class PlanarProblem:
     free: Mapping[str, Ends] = field(default_factory=dict)
     objective: Objective = field(default_factory=CostOfTransport)
     limits: PlanarLimits = field(default_factory=PlanarLimits)
+    impulses: tuple[ActuatorImpulse, ...] = ()
     margins: Margins = field(default_factory=Margins)
     guess: PlanarGuess = field(default_factory=PoseGuess)
     transcription: Collocation = field(default_factory=Collocation)
@@ -124,6 +134,7 @@ class PlanarProblem:
         set_(self, "parameters", values)
         self._check_robot()
         self._check_sequence()
+        check_impulses(self.impulses, self.robot, self.sequence)
         self._check_targets()
 
     def _read_sequence(self) -> PhaseSequence:
@@ -183,6 +194,11 @@ class PlanarProblem:
         return list(list_corners(self.values, self.free))
 
     @property
+    def impulse_entries(self) -> dict[ImpulseEntry, tuple[float, float]]:
+        """Impulses of actuators at each impact, and their bounds [N s or N m s]."""
+        return list_impulse_entries(self.impulses, self.robot, self.sequence)
+
+    @property
     def lifted(self) -> bool:
         """Whether accelerations and forces of the joints are unknowns."""
         if self.equations == "by size":
@@ -226,6 +242,7 @@ class PlanarProblem:
             "shortest_phase": limits.shortest_phase,
             "longest_step": limits.longest_step,
             "least_impulse": limits.impulse,
+            "impulses": [impulse.describe() for impulse in self.impulses],
             "margins": plain_fields(self.margins),
             "guess": self.guess.describe(),
             "transcription": self.transcription.name,

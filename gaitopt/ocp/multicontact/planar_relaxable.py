@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.planar_bounds import weight_of
-from gaitopt.ocp.multicontact.planar_builder import impact_contacts
+from gaitopt.ocp.multicontact.planar_builder import STAGES, impact_contacts
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_start import setting_of
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
@@ -59,7 +59,7 @@ class PlanarUnits:
 
 def list_planar_limits(transcription: PlanarTranscription, problem: PlanarProblem) -> list[RelaxableLimit]:
     """Return the limits of a problem and the conditions of its contact sequence that can be relaxed."""
-    groups = (_actuation, _design, _geometry, _durations, _targets, _friction, _forces, _conditions)
+    groups = (_actuation, _impulse_limits, _design, _geometry, _durations, _targets, _friction, _forces, _conditions)
     limits = [limit for group in groups for limit in group(transcription, problem)]
     return [limit for limit in limits if any(len(places) for _, places, _ in limit.quantities)]
 
@@ -75,6 +75,8 @@ def typical_planar_sizes(transcription: PlanarTranscription, problem: PlanarProb
     for name, unit in zip(robot.actuators, robot.actuator_units, strict=True):
         torque = units.torque(unit)
         sizes[layout.find(Kind.TORQUE, name)] = torque
+        for kind in (Kind.ACTUATOR_IMPULSE, Kind.NEGATIVE_IMPULSE):
+            sizes[layout.find(kind, name)] = 0.1 * torque * units.time
         for kind in (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER):
             sizes[layout.find(kind, name)] = torque * units.coordinate("m" if unit == "N" else "rad") / units.time
     for kind, size in (
@@ -104,6 +106,30 @@ def _actuation(transcription: PlanarTranscription, problem: PlanarProblem) -> It
                 size=units.torque(unit),
                 quantities=((False, transcription.variables.find(Kind.TORQUE, actuator), 1.0),),
             )
+
+
+def _impulse_limits(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:
+    """Return the limits of the impulses of actuators; those of zero determine a sign and are kept."""
+    units, robot = PlanarUnits.of(problem), problem.robot
+    for impulse in problem.impulses:
+        unit = robot.actuator_units[robot.actuators.index(impulse.actuator)]
+        table = STAGES[impulse.moment]
+        places = [
+            transcription.variables[table, entry.phase][k, 0]
+            for phase in transcription.phases
+            for k, entry in enumerate(transcription.structure.list_impulses(phase.number, impulse.moment))
+            if robot.actuators[entry.actuator] == impulse.actuator
+        ]
+        low, high = impulse.limits
+        yield RelaxableLimit(
+            name=f"limits of the impulse of {impulse.actuator}",
+            setting="ActuatorImpulse.limits",
+            value=impulse.limits,
+            unit=f"{unit} s",
+            size=0.1 * units.torque(unit) * units.time,
+            quantities=((False, np.array(places, dtype=int), 1.0),),
+            sides="upper" if low == 0 else "lower" if high == 0 else "both",
+        )
 
 
 def _design(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:

@@ -10,6 +10,7 @@ from gaitopt.ocp.multicontact.planar_guess import TYPICAL_SPEED, PlanarSample, P
 from gaitopt.ocp.multicontact.planar_point import count_solution
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.multicontact.planned_impulses import set_impulse_start
 from gaitopt.ocp.nlp.keys import Key, Unknown, table_name
 from gaitopt.ocp.statement.free_parameters import fix_free_parameters
 
@@ -71,6 +72,7 @@ def planar_start(transcription: PlanarTranscription, problem: PlanarProblem, dur
         row = layout[Unknown.COORDINATES][problem.robot.coordinates.index(problem.robot.travel)]
         x[row] -= x[row[0]]
     x[layout[Unknown.DURATION][0]] = durations
+    set_impulse_start(transcription, x, problem.guess.events)
     if Unknown.PEAK in layout:
         x[layout[Unknown.PEAK]] = problem.objective.typical
     if problem.free:

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
+from gaitopt.ocp.multicontact.impulse_stages import list_instants, net_work
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder
 from gaitopt.ocp.multicontact.planar_objective import make_instant
@@ -36,7 +37,7 @@ class PlanarStepBoundary:
     parameters : mapping of str to scalar
         Parameters of robot and ground, SI units.
     energy_lost : scalar [J]
-        Kinetic energy lost in all impacts of the period.
+        Energy lost in all impacts of the period, not counting the work of impulses of actuators.
 
     Examples
     --------
@@ -112,17 +113,16 @@ def _add_state(
 
 
 def _sum_losses(builder: PlanarBuilder, local: BlockVariables, p: ca.SX) -> ca.SX:
-    """Return the kinetic energy lost in the impacts of a period."""
+    """Return the energy lost in the impacts of a period."""
     robot, lost = builder.robot, ca.SX(0)
     for phase in builder.phases:
         if phase.outcome is None:
             continue
-        following = builder.phases[0 if phase.is_last else phase.number + 1]
         q, before = _add_state(builder, local, phase, phase.count, f"before impact {phase.number}")
-        after = local.add(f"v after impact {phase.number}", builder.velocities(following)[:, [0]])
-        if phase.is_last and robot.mirror is not None:
-            after = ca.DM(robot.mirror.coordinates.T) @ after  # in the coordinates of the period that ends
+        after = builder.rates_after(local, phase)  # in the coordinates of the period that ends
         lost += robot.energy(q, before, p)[0] - robot.energy(q, after, p)[0]
+        for stage in list_instants(builder, local, phase, (q, before, after, p)).stages:
+            lost += net_work(builder, stage, (q, p))
     return lost
 
 

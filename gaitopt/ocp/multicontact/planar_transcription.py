@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.ocp.multicontact.event_constraints import planar_end_block, planar_event_block, planar_step_block
+from gaitopt.ocp.multicontact.impulse_cost import planar_impulse_block
 from gaitopt.ocp.multicontact.interval_constraints import planar_interval_block
 from gaitopt.ocp.multicontact.phase_grid import GridPhase, divide_phases
 from gaitopt.ocp.multicontact.planar_builder import PlanarBuilder, PlanarStructure, lay_out_unknowns
@@ -64,6 +65,7 @@ def transcribe_planar(structure: PlanarStructure) -> PlanarTranscription:
     blocks = [planar_interval_block(builder, phase) for phase in phases]
     blocks += [planar_end_block(builder, phase) for phase in phases]
     blocks += [block for phase in phases if (block := planar_event_block(builder, phase)) is not None]
+    blocks += [block for phase in phases if (block := planar_impulse_block(builder, phase)) is not None]
     blocks.append(planar_step_block(builder))
     if Unknown.INTEGRAL in variables:
         blocks.append(planar_quotient_block(builder))

@@ -106,6 +106,7 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *motion_of_planar_robot(robot),
             *(Formula(mode.value, *FRICTION[mode]) for mode in FRICTION),
             *lines,
+            *_actuator_impulses(problem),
             Formula("next period", "(q, v)(0) = S (q, v)(T⁺)", r"(q, v)(0) = S\, (q, v)(T^+)"),
             *_targets(problem),
             *_torque_limits(limits.torques(robot.actuators), robot.actuators, robot.actuator_units),
@@ -114,6 +115,19 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *_ground_and_parameters(problem),
         ),
     )
+
+
+def _actuator_impulses(problem: Any) -> tuple[Formula, ...]:
+    """Return the impulses of actuators with their bounds, and the velocity jump that they cause."""
+    if not problem.impulses:
+        return ()
+    units = dict(zip(problem.robot.actuators, problem.robot.actuator_units, strict=True))
+    bounds = []
+    for each in problem.impulses:
+        name, (low, high) = f"{each.actuator} {each.moment} {each.event}", each.limits
+        bounds.append(bound(name, low, high, f"{units[each.actuator]} s", rf"\text{{{escape_latex(name)}}}"))
+    law = Formula("impulses", "M (v' - v) = E P + Wᵀ Λ", r"M (v' - v) = E P + W^\mathsf{T} \Lambda")
+    return (law, *collect("", bounds))
 
 
 def formulate_objective(objective: Objective) -> Formula:

@@ -110,6 +110,12 @@ class ContactResolution:
         mass_matrix = self._mass_matrix(q, v)
         return solve_multicontact_impact(mass_matrix, v, self._rows_of(q, v, contacts, latched), self.friction)
 
+    def velocity_jump(self, q: Array, v: Array, impulse: Array) -> Array:
+        """Return the velocity jump by impulses of the actuators without reactions of the contacts, shape (n_q,)."""
+        n = self.robot.n_q
+        mass_matrix, _, actuation = self._dynamics(q, v)
+        return np.asarray(np.linalg.solve(mass_matrix.reshape(n, n), actuation.reshape(-1, n).T @ impulse), dtype=float)
+
     def modes(
         self, q: Array, v: Array, u: Array, contacts: Iterable[int], latched: frozenset[int], ended: Mapping[str, Mode]
     ) -> ModeChoice:

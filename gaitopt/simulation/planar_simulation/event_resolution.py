@@ -9,27 +9,22 @@ import numpy as np
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import Determinacy
-from gaitopt.model.contacts.multicontact_impact import ImpactOutcome
 from gaitopt.model.planar.phase_system import Footing, GuardKind
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.terrain import Terrain
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.contact_resolution import ContactResolution
 from gaitopt.simulation.planar_simulation.footholds import cross_piece, find_pieces, hits_step, is_uneven
 from gaitopt.simulation.planar_simulation.guard_watch import JAMS, OPENING_GAP, ZERO
+from gaitopt.simulation.planar_simulation.impact_passage import UNDETERMINED, ImpactPassage, pass_impact
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.simulation.planar_simulation.planar_torque import TorqueSource
 from gaitopt.status import Stop
 
-REST_NORMAL = 1e-5
-"""Normal speed [m/s] below which a contact does not separate in an impact: it would rise by less than 1e-11 m."""
-
 MAX_ROUNDS = 5
 """Largest number of times the modes of one instant are chosen again because a stop is released."""
-
-UNDETERMINED = {Determinacy.AMBIGUOUS: Stop.AMBIGUOUS, Determinacy.INCONSISTENT: Stop.INCONSISTENT}
-"""Reasons of a stop if modes or impact are not unique."""
 
 APPROACH = 1e-6
 """Acceleration [m/s^2] towards the ground of a contact without force that is due to rounding."""
@@ -70,6 +65,9 @@ class EventResolution:
     def _contacts_of(self, state: PlanarState) -> ContactResolution:
         return self.contacts(state.extended, state.pieces)
 
+    def _p(self, state: PlanarState) -> Array:
+        return self.robot.vector(self._values, state.extended)
+
     def _place(self, state: PlanarState, closed: list[int]) -> PlanarState:
         """Return a state with the pieces of the terrain under closed contacts."""
         if self.terrain is None:
@@ -90,8 +88,15 @@ class EventResolution:
         chosen = replace(state, contacts=self._state_of(choice.chosen))
         return self._place(chosen, chosen.closed)
 
-    def resolve(self, arc: PlanarArc) -> tuple[PlanarState, PlanarEvent] | Stop:
-        """Return the state after the event that ended an arc, and the event, or the reason of a stop."""
+    def resolve(self, arc: PlanarArc, impulses: EventImpulses | None = None) -> tuple[PlanarState, PlanarEvent] | Stop:
+        """Return the state after the event that ended an arc, and the event, or the reason of a stop.
+
+        Parameters
+        ----------
+        arc : PlanarArc
+        impulses : EventImpulses, optional
+            Impulses of the actuators if the event is an impact; by default those of the torque source.
+        """
         robot, before, kind, n = self.robot, arc.start, arc.ended_by, self.robot.n_q
         if kind is None:
             raise ValueError("an arc that ended at the time limit has no event")
@@ -107,18 +112,20 @@ class EventResolution:
         extended = tuple(on or kind == ("extends", k) for k, on in enumerate(before.extended))
         latched = before.latched | {i for i in closing if robot.contacts[i].latched}
         latched -= _stops_freed_by(robot, set(closing), opening=False)
-        touching, outcome = sorted({*before.closed, *closing}), None
+        touching = sorted({*before.closed, *closing})
+        passage: ImpactPassage | None = None
         if closing:
             state = self._place(state, touching)
             if self._is_uneven(state):
                 return Stop.UNEVEN
-            outcome = self._contacts_of(state).impact(q, v, touching, latched)
-            if outcome.status is not Determinacy.UNIQUE:
-                return self._name_stop(UNDETERMINED[outcome.status])
-            v_plus, touching = self._close_slow(state, outcome, touching)
             names = [robot.contact_names[i] for i in closing]
-            memory = self._source.pass_impact(state.memory, names, state.time, q, v_plus)
-            state = replace(state, v=v_plus, memory=memory)
+            acting = impulses or self._source.impulses(state.memory, names)
+            passed = pass_impact(self._contacts_of(state), self._p(state), state, (touching, latched), acting)
+            if isinstance(passed, Stop):
+                return self._name_stop(passed)
+            touching, passage = passed.closed, passed
+            memory = self._source.pass_impact(state.memory, names, state.time, q, passage.v_plus)
+            state = replace(state, v=passage.v_plus, memory=memory)
         was_closed = {*before.closed, *closing}
         if kind.name == "opens" and not closing and self._leaves(state, kind.number, latched):
             touching.remove(kind.number)
@@ -136,7 +143,7 @@ class EventResolution:
         unchanged = after.contacts == before.contacts and after.pieces == before.pieces
         if not closing and unchanged and after.extended == before.extended:
             return self._name_stop(Stop.INCONSISTENT)  # the present modes end, and no others satisfy the friction law
-        return after, self._event(before, after, v, closing, outcome)
+        return after, self._event(before, after, v, closing, passage)
 
     def _name_stop(self, stop: Stop) -> Stop:
         """Return the reason of a stop.
@@ -186,20 +193,6 @@ class EventResolution:
         places, levels = self.contacts(state.extended).locate(state.q)
         return any(hits_step(self.terrain, places[i], levels[i]) for i in closing)
 
-    def _close_slow(self, state: PlanarState, outcome: ImpactOutcome, touching: list[int]) -> tuple[Array, list[int]]:
-        """Return velocity and closed contacts after an impact.
-
-        Contacts that would separate more slowly than `REST_NORMAL` remain closed: infinitely many impacts in a finite
-        time, as of a rocking block, end in this way.
-        """
-        contacts, names = self._contacts_of(state), self.robot.contact_names
-        v, free = outcome.velocity_plus, {i for i in touching if outcome.modes[names[i]] is Mode.FREE}
-        speeds = contacts.kinematics(state.q, v).normal_speed
-        slow = {i for i in free if speeds[i] < REST_NORMAL}
-        closed = [i for i in touching if i not in free or i in slow]
-        sticking = [i for i in touching if outcome.modes[names[i]] is Mode.STICK]
-        return (contacts.stop_motion(state.q, v, closed, sticking) if slow else v), closed
-
     def _settle(
         self,
         state: PlanarState,
@@ -237,11 +230,14 @@ class EventResolution:
         after: PlanarState,
         v_minus: Array,
         closing: list[int],
-        outcome: ImpactOutcome | None,
+        passage: ImpactPassage | None,
     ) -> PlanarEvent:
         """Return the record of an event."""
-        names = self.robot.contact_names
+        names, stages = self.robot.contact_names, () if passage is None else passage.stages
+        outcome, lost = None if passage is None else passage.outcome, 0.0
         impulse = {} if outcome is None else outcome.impulse
+        if outcome is not None:
+            lost = self._kinetic(after, v_minus) - self._kinetic(after, after.v) + sum(one.work for one in stages)
         return PlanarEvent(
             time=after.time,
             names=self._names(before, after, closing),
@@ -252,8 +248,9 @@ class EventResolution:
             v_plus=after.v,
             impulse=np.array([impulse.get(name, (0.0, 0.0)) for name in names]),
             outcome=None if outcome is None else self._state_of(outcome.modes),
-            energy_lost=0.0 if outcome is None else self._kinetic(after, v_minus) - self._kinetic(after, after.v),
+            energy_lost=lost,
             switch_work=self._elastic(after, after.extended) - self._elastic(after, before.extended),
+            actuator_impulses=stages,
         )
 
     def _names(self, before: PlanarState, after: PlanarState, closing: list[int]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
@@ -66,6 +67,9 @@ class _ReadSource(TorqueSource):
         self, memory: LawState | None, closing: Iterable[str], time: float, q: Array, v: Array
     ) -> LawState | None:
         return self._inner.pass_impact(memory, closing, time, q, v)
+
+    def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
+        return self._inner.impulses(memory, closing)
 
     def phase_torque(self, memory: LawState | None) -> PhaseTorque:
         return _ReadTorque(self._inner.phase_torque(memory), self)

@@ -15,6 +15,7 @@ from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.torque_function import check_torque, passive_torque, torque_slope
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.torque_formula import function_formula, law_formula
 
@@ -113,6 +114,10 @@ class TorqueSource(ABC):
     def phase_torque(self, memory: LawState | None) -> PhaseTorque:
         """Return the torque until the next event."""
 
+    def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
+        """Return the impulses of the actuators at an impact of some closing contacts, from the memory before it."""
+        return None
+
     def latched_slope(self, q: Array, v: Array) -> Array:
         """Return the derivative of the latched values by the state (q, v) at a section, shape (n_l, 2 n_q)."""
         return np.zeros((0, 2 * len(q)))
@@ -204,6 +209,21 @@ class _LawSource(TorqueSource):
             mirrored = memory.mirrored ^ (self._robot.mirror is not None)
             return self._restart(time, q, v, mirrored=mirrored)
         return memory._replace(part=min(memory.part + 1, len(self._law.parts) - 1))
+
+    def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
+        if memory is None or memory.part >= len(self._law.impulses):
+            return None
+        planned = self._law.impulses[memory.part]
+        if planned is None:
+            return None
+        mirror = self._robot.mirror if memory.mirrored else None
+        names, contact = self._robot.contact_names, planned.contact
+        if mirror is not None:
+            contact = names[mirror.contacts[names.index(contact)]]
+        if contact not in closing:
+            return None
+        matrix = np.eye(self._robot.n_u) if mirror is None else mirror.actuators.T
+        return EventImpulses(*(matrix @ values for values in planned.values))
 
     def phase_torque(self, memory: LawState | None) -> PhaseTorque:
         if memory is None:

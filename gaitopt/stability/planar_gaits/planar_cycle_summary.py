@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.planar_gait_summary import event_facts
 from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_friction import impact_ratios
@@ -69,6 +70,7 @@ def _impacts(cycle: PlanarCycle) -> list[dict[str, Any]]:
             "outcome": {name: mode.value for name, mode in event.outcome.modes},
             "impulse": {name: impulse.tolist() for name, impulse in zip(names, event.impulse, strict=True)},
             "energy_lost": event.energy_lost,
+            "actuator_impulses": event_facts(cycle.motion, event)["actuator_impulses"],
         }
         for event in cycle.motion.events
         if event.outcome is not None

@@ -38,10 +38,14 @@ def planar_critical_friction(automaton: PlanarAutomaton, rollout: PlanarRollout)
 
 
 def impact_ratios(event: PlanarEvent) -> dict[str, float]:
-    """Return the impulse ratio Lambda_t / Lambda_n of each contact with a normal impulse."""
+    """Return the largest impulse ratio Lambda_t / Lambda_n of each contact with a normal impulse in any instant."""
     names = [name for name, _ in event.before.modes]
-    pairs = zip(names, event.impulse, strict=True)
-    return {name: float(impulse[0] / impulse[1]) for name, impulse in pairs if impulse[1] > 0}
+    ratios: dict[str, float] = {}
+    for impulses in (event.impulse, *(stage.reaction for stage in event.actuator_impulses)):
+        for name, (tangential, normal) in zip(names, impulses.tolist(), strict=True):
+            if normal > 0:
+                ratios[name] = max(tangential / normal, ratios.get(name, 0.0), key=abs)
+    return ratios
 
 
 def _find_peak(automaton: PlanarAutomaton, arc: PlanarArc) -> tuple[float, float, Array]:

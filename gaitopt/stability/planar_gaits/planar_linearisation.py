@@ -13,6 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.transition import saltation
 from gaitopt.model.planar.impact_system import impact_slope
 from gaitopt.model.planar.phase_system import GuardKind
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
@@ -71,14 +72,30 @@ def event_derivative(
     gradient, drift = phase.guard_slope(t, y, phase.equations.guards.index(_find_guard(phase, arc.ended_by, event)))
     reset = np.eye(2 * n + n_l)
     if event.outcome is not None:
-        by_q, by_v = impact_slope(automaton.robot, event.outcome)(event.q, event.v_minus, phase.p)[1:]
-        reset[n : 2 * n, : 2 * n] = np.hstack([np.array(by_q), np.array(by_v)])
+        reset[n : 2 * n, : 2 * n] = _velocity_slope(automaton.robot, event, phase.p)
     shift = -gradient / (gradient @ before + drift)
     if following is None:
         return saltation(reset, before, np.zeros(2 * n + n_l), shift)
     after = automaton.phase(following)
     rates = after.rates(t, np.concatenate([following.y, np.zeros(after.n_works)]))[: 2 * n]
     return saltation(reset, before, np.append(rates, np.zeros(n_l)), shift)
+
+
+def _velocity_slope(robot: PlanarRobot, event: PlanarEvent, p: Array) -> Array:
+    """Return the derivative of the velocity after an impact by (q, v) before it, shape (n_q, 2 n_q).
+
+    It is the product of those of the impulses of actuators before the impact, of the impact, and of those after it.
+    """
+    stages, none = {stage.moment: stage for stage in event.actuator_impulses}, np.zeros(robot.n_u)
+    before, after, v = stages.get("before"), stages.get("after"), event.v_minus
+    instants = [] if before is None else [(before.outcome, before.impulse)]
+    instants += [] if event.outcome is None else [(event.outcome, none)]
+    instants += [] if after is None else [(after.outcome, after.impulse)]
+    slope = np.eye(robot.n_q, 2 * robot.n_q, robot.n_q)
+    for outcome, impulse in instants:
+        v_plus, by_q, by_v = (np.array(part) for part in impact_slope(robot, outcome)(event.q, v, impulse, p))
+        slope, v = by_v @ slope + np.hstack([by_q, np.zeros_like(by_v)]), v_plus.ravel()
+    return slope
 
 
 def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> GuardKind:

@@ -53,7 +53,10 @@ class PlanarSection:
             FastCall(function, p) for function in (contact_slopes(robot), robot.gaps, robot.rows)
         )
         touching = {i for i, name in enumerate(robot.contact_names) if f"{name} closes" in event.names}
-        outcome = event.outcome or event.after
+        outcome = next(
+            (stage.outcome for stage in event.actuator_impulses if stage.moment == "after"),
+            event.outcome or event.after,
+        )
         modes = [mode for _, mode in outcome.modes]
         place = range(len(modes)) if mirror is None else [mirror.contacts.index(i) for i in range(len(modes))]
         self.rows = SectionRows(

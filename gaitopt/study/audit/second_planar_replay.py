@@ -49,7 +49,7 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
     Raises
     ------
     GaitoptError
-        If the robot has joint stops, latches or switched springs.
+        If the robot has joint stops, latches or switched springs, or the gait has impulses of actuators.
 
     Examples
     --------
@@ -61,6 +61,8 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
         raise GaitoptError(
             f"The second replay does not support joint stops and switched springs, which robot {robot.name} has."
         )
+    if any(event.actuator_impulses for event in gait.motion.events):
+        raise GaitoptError("The second replay does not support impulses of actuators, which this gait has.")
     return _Period(gait).run()
 
 
