@@ -12,7 +12,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_trajectories import ContactTrajectories
-from gaitopt.motion.energy import Ledger
+from gaitopt.motion.energy import Ledger, find_largest_kinetic
 from gaitopt.motion.motion import Array
 
 if TYPE_CHECKING:
@@ -262,4 +262,5 @@ class PlanarMotion:
             kinetic_change=float(self.segments[-1].kinetic[-1] - last - self.segments[0].kinetic[0]),
             damping_loss=float(sum(segment.damping_work[-1] for segment in self.segments)),
             elastic_change=float(sum(segment.elastic[-1] - segment.elastic[0] for segment in self.segments) + switched),
+            largest_kinetic=find_largest_kinetic(segment.kinetic for segment in self.segments),
         )

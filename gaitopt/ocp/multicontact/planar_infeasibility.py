@@ -8,6 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -64,13 +65,35 @@ class PlanarElastic(ElasticLimits):
             least[self.transcription.variables[Unknown.DURATION]] = SHORTEST * problem.limits.shortest_phase
             sizes = typical_planar_sizes(self.transcription, self.problem)
             elastic = ElasticNlp(self.transcription.nlp, bounds, relaxed_sides(limits, bounds), sizes, least)
+            self._guess = planar_start(self.transcription, self.problem)
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
+        self.insufficient: tuple[str, ...] = ()
 
     def minimise_excess(self) -> ElasticResult:
         """Return the motion near the guess of the problem with the least excess over the limits."""
-        with defer_interrupt():
-            x = planar_start(self.transcription, self.problem)
-        return self.minimise_from(x)
+        return self.minimise_from(self._guess)
+
+    def relax_from_guess(self) -> tuple[Conflict, ...] | ElasticResult:
+        """Return the limits that suffice alone if the search starts at the guess, or a feasible motion; () if none.
+
+        The motion of least excess may be one that nearly stands still, from which no single limit suffices.  The
+        names of the limits are stored in `insufficient` if none suffices.
+        """
+        conflicts, insufficient = list[tuple[float, Conflict]](), list[str]()
+        for number in sorted({side.limit for side in self._elastic.sides}):
+            if self.limits[number].keeps_fixed:
+                continue  # a condition of the contact sequence
+            alone = self.exceed_only([number], self._guess)
+            if alone.status is Status.INTERRUPTED:
+                raise KeyboardInterrupt
+            if self.is_feasible(alone):
+                return alone
+            if self.suffices(number, alone):
+                conflicts.append((self.excess(alone), self.record_conflict(number, alone, separable=True)))
+            else:
+                insufficient.append(self.limits[number].name)
+        self.insufficient = () if conflicts else tuple(insufficient)
+        return tuple(conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0]))
 
     def motion(self, result: ElasticResult) -> PlanarMotion:
         """Return the motion of a result."""
@@ -168,11 +191,17 @@ def conclude_planar_failure(
             _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once) if problem.free else failure
         )
     report = failure.solver.replace_fields(
-        message="no gait found near the start: the least excess over the limits is not zero",
+        message="no gait found near the start: the least excess over the limits is not zero"
+        + _list_insufficient(elastic.insufficient),
         conflicts=conflicts,
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)
+
+
+def _list_insufficient(names: tuple[str, ...]) -> str:
+    """Return a sentence on the limits of which none suffices alone; empty if there are none."""
+    return f". None of these limits suffices if it alone is relaxed: {', '.join(names)}" if names else ""
 
 
 def _conclude_with_fixed_parameters(
