@@ -77,8 +77,8 @@ def describe_soft_touchdowns(planned: PlanarMotion) -> list[str]:
     """
     return [
         f"the touchdown '{name}' at {event.time:.4g} s of the plan is soft ('>'): its gap decreases with the third "
-        "power of time, so rounding errors change its time by milliseconds and the replay fails on any grid; use an impact "
-        "('|') with an approach speed, such as Margins(touchdown_rate=0.1)"
+        "power of time, so rounding errors change its time by milliseconds and the replay fails on any grid; use an "
+        "impact ('|') with an approach speed, such as Margins(touchdown_rate=0.1)"
         for event in planned.events
         if not event.is_impact
         for name in event.names

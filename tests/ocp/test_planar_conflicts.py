@@ -18,7 +18,7 @@ SMALL = {"ankle A": 1.0, "hip": 1.0, "ankle B": 0.0}
 
 
 def relax(problem, name):
-    """Return the elastic problem, the number of a limit, and the motion near the guess that exceeds this limit alone."""
+    """Return the elastic problem, the number of a limit, and the motion that exceeds this limit alone."""
     elastic = PlanarElastic(problem, Ipopt(tolerance=1e-6), silent)
     (number,) = (i for i, limit in enumerate(elastic.limits) if name in limit.name)
     return elastic, number, elastic._relax_only(number)
