@@ -20,7 +20,8 @@ class Status(Enum):
     ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
     NOT_VERIFIED = (
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
-        "gait; use more intervals or larger cone margins, or another contact sequence."
+        "gait. Unless the reasons of the replay state another remedy, use more intervals or larger cone margins, or "
+        "another contact sequence."
     )
     PLAN_INACCURATE = (
         "The optimiser converged, but the plan is not accurate between the nodes (see the warnings): use more "

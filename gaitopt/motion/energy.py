@@ -1,6 +1,7 @@
 """The energy ledger of a motion and the cost of transport."""
 
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -21,6 +22,10 @@ UNEVEN = 4
 
 ROUNDING = 1e-12
 """Share of the largest work between samples below which a power is zero."""
+
+
+LEAST_ENTRY = 1e-6
+"""Share of the largest kinetic energy to which the closing error is relative if all entries are smaller."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,8 @@ class Ledger:
     impulse_generated, impulse_absorbed : float
         Positive and negative work of impulses of the actuators, both >= 0; zero without such impulses.  `actuator` does
         not contain them.
+    largest_kinetic : float
+        Largest kinetic energy of the motion, which is no entry of the ledger; 0 if it is unknown.
 
     Examples
     --------
@@ -65,6 +72,7 @@ class Ledger:
     transition_loss: float = 0.0
     impulse_generated: float = 0.0
     impulse_absorbed: float = 0.0
+    largest_kinetic: float = 0.0
 
     @property
     def losses(self) -> float:
@@ -80,8 +88,15 @@ class Ledger:
 
     @property
     def relative_residual(self) -> float:
-        """Closing error relative to the largest entry of the ledger; infinite if an entry is nan."""
-        largest = worst(np.abs(astuple(self)))
+        """Closing error relative to the largest entry of the ledger; infinite if an entry is nan.
+
+        If all entries are below 1e-6 of the largest kinetic energy, as in a motion without work and losses, the error
+        is relative to this share of it.
+        """
+        entries = [getattr(self, each.name) for each in fields(self) if each.name != "largest_kinetic"]
+        largest = worst(np.abs([*entries, LEAST_ENTRY * self.largest_kinetic]))
+        if not np.isfinite(largest):
+            return np.inf
         return worst(abs(self.residual) / largest) if largest > 0 else 0.0
 
 
@@ -120,7 +135,13 @@ def ledger(motion: Motion) -> Ledger:
         damping_loss=float(sum(segment.damping_work[-1] for segment in segments)),
         elastic_change=float(sum(_rise(segment.elastic) for segment in segments)),
         transition_loss=float(sum(map(_transition_loss, segments[:-1], segments[1:]))),
+        largest_kinetic=find_largest_kinetic(segment.kinetic for segment in segments),
     )
+
+
+def find_largest_kinetic(kinetic: Iterable[Array]) -> float:
+    """Return the largest kinetic energy at the samples of a motion [J]; 0 without samples."""
+    return worst(0.0, *kinetic)
 
 
 @check_arguments

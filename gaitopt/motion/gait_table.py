@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
@@ -51,7 +51,19 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
-    facts += [("warning", warning) for warning in solver.warnings]
+    return facts + list_remarks(solver)
+
+
+def list_remarks(solver: SolverReport) -> Facts:
+    """Return the warnings of a solve and, of a failure, the conflicting limits or the constraints that are not met.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> list_remarks(load("docs/examples/compass_slip.h5").solver)
+    []
+    """
+    facts = [("warning", warning) for warning in solver.warnings]
     facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
     if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
         facts += [("not met", str(violation)) for violation in solver.violations]

@@ -13,6 +13,7 @@ from gaitopt.motion.gait_table import (
     describe_script,
     describe_status,
     format_objective,
+    list_remarks,
     round_margin,
 )
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
@@ -49,9 +50,7 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
-    facts += [("warning", warning) for warning in solver.warnings]
-    facts += [("not met", str(violation)) for violation in solver.violations]
-    return facts
+    return facts + list_remarks(solver)
 
 
 def _numbers(gait: PlanarGait) -> Facts:

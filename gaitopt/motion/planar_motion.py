@@ -13,7 +13,7 @@ from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
-from gaitopt.motion.energy import Ledger
+from gaitopt.motion.energy import Ledger, find_largest_kinetic
 from gaitopt.motion.motion import Array
 
 if TYPE_CHECKING:
@@ -284,4 +284,5 @@ class PlanarMotion:
             elastic_change=float(sum(segment.elastic[-1] - segment.elastic[0] for segment in self.segments) + switched),
             impulse_generated=generated,
             impulse_absorbed=absorbed,
+            largest_kinetic=find_largest_kinetic(segment.kinetic for segment in self.segments),
         )

@@ -22,7 +22,7 @@ from gaitopt.reductions import worst
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, make_planar_motion, make_planar_segment
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-from gaitopt.simulation.replay_difference import describe_first_difference
+from gaitopt.simulation.replay_difference import describe_differences, describe_soft_touchdowns
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.status import Stop
 
@@ -195,10 +195,7 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
     planned, walked, reasons = gait.motion, rollout.motion, []
     if rollout.stop is not Stop.EVENT_REACHED:
         reasons.append(f"the replay stopped {_describe_end(walked)}: {rollout.stop.hint}")
-    if walked.segments and walked.sequence != planned.sequence:
-        reasons.append(f"the replay has the contact sequence '{walked.sequence}' instead of '{planned.sequence}'")
-        difference = describe_first_difference(gait.robot, planned, walked)
-        reasons += [difference] if difference is not None else []
+    reasons += describe_differences(gait.robot, planned, walked)
     error, period_error, residual = float("inf"), float("inf"), float("inf")
     complete = rollout.end is not None and len(walked.events) == len(planned.events)
     if complete and rollout.end is not None:
@@ -221,6 +218,7 @@ def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -
     for name, size, limit, unit in checks:
         if not size <= limit and (complete or not reasons):  # a replay that stopped early is not compared
             reasons.append(f"the {name} differs by {size:.2e}{unit}, more than {limit:g}{unit}")
+    reasons = describe_soft_touchdowns(planned) + reasons if reasons else []
     replayed = gait.replace_fields(motion=walked)
     return PlanarVerification(
         passed=not reasons,

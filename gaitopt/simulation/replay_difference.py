@@ -1,10 +1,29 @@
-"""First event in which the replay of a gait with several contacts differs from its plan."""
+"""Differences between the replay of a gait with several contacts and its plan, as texts."""
 
 from scipy.interpolate import CubicHermiteSpline
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_motion import PlanarMotion
+
+
+def describe_differences(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> list[str]:
+    """Return a text on the contact sequence of a replay, and one on its first event, if they differ from the plan.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> fall = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> describe_differences(monopod(), fall, fall)
+    []
+    """
+    texts = []
+    if walked.segments and walked.sequence != planned.sequence:
+        real, expected = _write_sequence(walked), _write_sequence(planned)
+        texts.append(f"the replay has the contact sequence '{real}' instead of '{expected}'")
+    difference = describe_first_difference(robot, planned, walked)
+    return texts if difference is None else [*texts, difference]
 
 
 def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> str | None:
@@ -43,6 +62,34 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
             + "".join(f"; {text}" for text in gaps if text)
         )
     return None
+
+
+def describe_soft_touchdowns(planned: PlanarMotion) -> list[str]:
+    """Return a text on each touchdown without impulse of a plan: why its replay fails, and the remedy.
+
+    Examples
+    --------
+    >>> from gaitopt.model.robots.monopod import monopod
+    >>> from gaitopt.simulation import simulate_planar
+    >>> fall = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], [0, 0, 0, 0, 0], {}, until="foot closes").motion
+    >>> describe_soft_touchdowns(fall)
+    []
+    """
+    return [
+        f"the touchdown '{name}' at {event.time:.4g} s of the plan is soft ('>'): its gap decreases with the third "
+        "power of time, so rounding errors change its time by milliseconds and the replay fails on any grid; use an "
+        "impact ('|') with an approach speed, such as Margins(touchdown_rate=0.1)"
+        for event in planned.events
+        if not event.is_impact
+        for name in event.names
+        if name.endswith(" closes")
+    ]
+
+
+def _write_sequence(motion: PlanarMotion) -> str:
+    """Return the contact sequence of a motion with its last event."""
+    ends_softly = 0 < len(motion.segments) == len(motion.events) and not motion.events[-1].is_impact
+    return f"{motion.sequence} >" if ends_softly else motion.sequence
 
 
 def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: float) -> str:

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from gaitopt import Mode, ledger
+from gaitopt.model import monopod
+from gaitopt.motion.energy import Ledger
+from gaitopt.simulation import simulate_planar
 
 
 def test_every_entry_is_counted_once(segment, jump, motion):
@@ -86,3 +89,21 @@ def test_a_robot_without_springs_and_dampers_has_zeros(segment, motion):
     np.testing.assert_array_equal([plain.damping_work, plain.elastic], np.zeros((2, 3)))
     energies = ledger(motion([plain]))
     assert (energies.damping_loss, energies.elastic_change) == (0.0, 0.0)
+
+
+def test_a_motion_without_work_and_losses_has_a_small_error(segment, motion):
+    """Without a floor, rounding errors of a passive hop would be compared with each other, with the result 1."""
+    time = np.linspace(0, 1, 3)
+    hop = segment(time, kinetic=5 + np.array([0.0, -2.0, 1e-12]), potential=3 + np.array([0.0, 2.0, 0.0]))
+    energies = ledger(motion([hop]))
+    assert energies.largest_kinetic == pytest.approx(5)
+    assert energies.relative_residual == pytest.approx(1e-12 / 5e-6, rel=1e-3)
+    assert Ledger(1.0, 0.0, 0.5, 0.0, 0.0, largest_kinetic=5.0).relative_residual == 0.5  # the floor is below the work
+
+
+def test_the_scale_of_a_planar_motion_is_its_largest_kinetic_energy():
+    motion = simulate_planar(monopod(), [0, 5.0, 0.1, 0, 0.6], [0, 1.0, 0, 0, 0], {}, duration=0.1).motion
+    energies = motion.ledger()
+    assert energies.largest_kinetic == motion.segments[0].kinetic.max() > 1
+    passive = Ledger(0.0, 1e-12, 0.0, 0.0, 0.0, largest_kinetic=energies.largest_kinetic)
+    assert passive.relative_residual == pytest.approx(1e-6 / energies.largest_kinetic)

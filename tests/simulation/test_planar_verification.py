@@ -14,7 +14,7 @@ from gaitopt.motion.planar_gait_summary import find_depths
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, simulate_planar, verify_planar
-from gaitopt.simulation.replay_difference import describe_first_difference
+from gaitopt.simulation.replay_difference import describe_differences, describe_first_difference
 from gaitopt.status import Status
 from tests.ocp.multicontact_examples import drag, hop, roll_off, stride, walk
 
@@ -134,3 +134,27 @@ def test_the_gap_of_a_stop_that_closes_early_is_its_distance_from_the_limit():
     assert describe_first_difference(robot, motion, walked).endswith(
         f"; full length is then {0.5 - (body - foot):.2g} m before its limit in the plan"
     )
+
+
+def test_an_early_touchdown_is_described_even_if_the_sequences_agree():
+    """If another point of the landing foot touches down first, the contact sequence of the replay may be the plan's."""
+    robot = monopod()
+    planned = simulate_planar(robot, [0, 0.7, 0, 0, 0.6], np.zeros(5), {}, until="foot closes").motion
+    walked = replace(planned, events=(replace(planned.events[0], names=("toe closes",)),))
+    assert walked.sequence == planned.sequence
+    (text,) = describe_differences(robot, planned, walked)
+    assert text.startswith("the first event that differs is 'toe closes' at")
+
+
+def test_the_replay_of_a_soft_touchdown_states_its_reason_and_its_whole_sequence():
+    gait = solve_planar(walk(transcription=COARSE))
+    (event,) = gait.motion.events
+    soft = replace(gait.motion, events=(replace(event, outcome=None),))
+    failed = verify_planar(gait.replace_fields(motion=soft))
+    reason, other, *_ = failed.verification.reasons
+    assert reason.startswith(f"the touchdown 'foot B closes' at {event.time:.4g} s of the plan is soft ('>')")
+    assert "on any grid" in reason
+    assert "Margins(touchdown_rate=0.1)" in reason
+    assert other == "the replay has the contact sequence 'foot A stick |' instead of 'foot A stick >'"
+    assert "Unless the reasons of the replay state another remedy" in failed.status.hint
+    assert not any("soft" in text for text in verify_planar(gait).verification.reasons)

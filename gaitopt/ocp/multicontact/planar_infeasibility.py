@@ -3,11 +3,13 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -15,7 +17,7 @@ from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, p
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_relaxable import list_planar_limits, typical_planar_sizes
+from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits, typical_planar_sizes
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
@@ -32,6 +34,9 @@ SHORTEST = 1e-2
 
 MOST_ELASTIC_ITERATIONS = 300
 """Largest number of iterations of an elastic solve: a compass with double support takes 192."""
+
+MOST_ITERATIONS_ALONE = 150
+"""Largest number of iterations of a solve in which one limit alone is elastic: those that suffice take 42 to 86."""
 
 LEAST_SHARE = 1e-3
 """Least friction that is tried, as a share of that of the cones."""
@@ -64,13 +69,51 @@ class PlanarElastic(ElasticLimits):
             least[self.transcription.variables[Unknown.DURATION]] = SHORTEST * problem.limits.shortest_phase
             sizes = typical_planar_sizes(self.transcription, self.problem)
             elastic = ElasticNlp(self.transcription.nlp, bounds, relaxed_sides(limits, bounds), sizes, least)
+            self._bounds, self._least, self._sizes = bounds, least, sizes
+            self._guess = planar_start(self.transcription, self.problem)
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
+        self.insufficient: tuple[str, ...] = ()
 
     def minimise_excess(self) -> ElasticResult:
         """Return the motion near the guess of the problem with the least excess over the limits."""
-        with defer_interrupt():
-            x = planar_start(self.transcription, self.problem)
-        return self.minimise_from(x)
+        return self.minimise_from(self._guess)
+
+    def relax_from_guess(self) -> tuple[Conflict, ...] | ElasticResult:
+        """Return the limits that suffice alone if the search starts at the guess, or a feasible motion; () if none.
+
+        The motion of least excess may nearly stand still, and from there no single limit suffices.  The condition
+        `armed` of the robot is treated as a limit; the others of the contact sequence are relaxed if no limit suffices.
+        The names of the relaxed limits are stored in `insufficient` if none suffices.
+        """
+        numbers = sorted({side.limit for side in self._elastic.sides})
+        conditions = [number for number in numbers if self.limits[number].keeps_fixed]
+        armed = [number for number in conditions if self.limits[number].name == ARMED]
+        for group in ([*(number for number in numbers if number not in conditions), *armed], conditions):
+            conflicts: list[tuple[float, Conflict]] = []
+            for number in group:
+                alone = self._relax_only(number)
+                if self.is_feasible(alone):
+                    return alone
+                if self.suffices(number, alone):
+                    conflicts.append((self.excess(alone), self.record_conflict(number, alone, separable=True)))
+            if conflicts:
+                return tuple(conflict for _, conflict in sorted(conflicts, key=lambda entry: entry[0]))
+        self.insufficient = tuple(self.limits[number].name for number in numbers)
+        return ()
+
+    def _relax_only(self, number: int) -> ElasticResult:
+        """Return the motion near the guess that exceeds one limit as little as possible and no others."""
+        sides = tuple(replace(side, limit=0) for side in self._elastic.sides if side.limit == number)
+        elastic = ElasticNlp(self.transcription.nlp, self._bounds, sides, self._sizes, self._least)
+        solver = self._solver
+        if isinstance(solver, Ipopt):
+            solver = evolve(solver, max_iterations=min(solver.max_iterations, MOST_ITERATIONS_ALONE))
+        result = elastic.minimise(self._guess, self._data, self.prices[[number]], solver, self._observer)
+        if result.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        slacks, active = np.zeros((2, self.prices.size))
+        slacks[number], active[number] = result.slacks[0], result.active[0]
+        return replace(result, slacks=slacks, active=active)
 
     def motion(self, result: ElasticResult) -> PlanarMotion:
         """Return the motion of a result."""
@@ -152,7 +195,7 @@ def conclude_planar_failure(
     elastic = PlanarElastic(problem, limited, observer)
     try:
         nearest = elastic.minimise_excess()
-        conflicts = () if elastic.is_feasible(nearest) or not nearest.status.ok else elastic.find_conflicts(nearest)
+        conflicts = _find_conflicts(elastic, nearest)
     except KeyboardInterrupt:
         return failure.replace_fields(status=Status.INTERRUPTED)
     if isinstance(conflicts, ElasticResult):
@@ -163,16 +206,30 @@ def conclude_planar_failure(
         return gait if gait.status.ok or gait.status is Status.INTERRUPTED else failure
     if nearest.status is Status.INTERRUPTED:
         return failure.replace_fields(status=Status.INTERRUPTED)
+    if not conflicts and problem.free:
+        return _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once)
     if not conflicts:
-        return (
-            _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once) if problem.free else failure
-        )
+        message = failure.solver.message + _list_insufficient(elastic.insufficient)
+        return failure.replace_fields(solver=failure.solver.replace_fields(message=message))
     report = failure.solver.replace_fields(
-        message="no gait found near the start: the least excess over the limits is not zero",
+        message="no gait found near the start: the least excess over the limits is not zero"
+        + _list_insufficient(elastic.insufficient),
         conflicts=conflicts,
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)
+
+
+def _find_conflicts(elastic: PlanarElastic, nearest: ElasticResult) -> tuple[Conflict, ...] | ElasticResult:
+    """Return the conflicting limits, or a feasible motion found in the process; () if nothing is known."""
+    if elastic.is_feasible(nearest) or nearest.status in (Status.INTERRUPTED, Status.TIME_LIMIT):
+        return ()
+    return elastic.find_conflicts(nearest) if nearest.status.ok else elastic.relax_from_guess()
+
+
+def _list_insufficient(names: tuple[str, ...]) -> str:
+    """Return a sentence on the limits of which none suffices alone; empty if there are none."""
+    return f". None of these limits suffices if it alone is relaxed: {', '.join(names)}" if names else ""
 
 
 def _conclude_with_fixed_parameters(

@@ -20,6 +20,9 @@ from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit, list_design_li
 CONES = (Kind.CONE_FORWARD, Kind.CONE_BACKWARD, Kind.LIFT_OFF_FORWARD, Kind.LIFT_OFF_BACKWARD)
 IMPACT_CONES = (Kind.IMPACT_CONE_FORWARD, Kind.IMPACT_CONE_BACKWARD)
 
+ARMED = "condition 'armed' of the robot at touchdown"
+"""Name of the limit that a closing contact is armed."""
+
 Quantities = tuple[tuple[bool, Index, float], ...]
 
 
@@ -291,7 +294,7 @@ def _conditions(transcription: PlanarTranscription, problem: PlanarProblem) -> I
     for kind, name, margin, unit, size in (
         (Kind.SEPARATION_OF, "separation of the contacts that an impact opens", "separation", "m/s", speed),
         (Kind.APPROACH, "approach speed of touchdown", "touchdown_rate", "m/s", speed),
-        (Kind.ARMED, "condition of touchdown", "touchdown_armed", "", 1.0),
+        (Kind.ARMED, ARMED, "touchdown_armed", "", 1.0),
     ):
         yield RelaxableLimit(
             name=name,

