@@ -98,6 +98,9 @@ def test_a_mirror_exchanges_by_name_and_sign():
     ("pairs", "message"),
     [
         ({"left": "knee"}, "exchanges 'left' with 'knee', which are not two coordinates"),
+        ({"foot l": "foot rr"}, r"Did you mean 'foot r'\?"),
+        ({"foot ll": "foot r"}, r"Did you mean 'foot l'\?"),
+        ({"left": "foot l"}, "two actuators. Known: x, left, right, foot l, foot r"),
         ({"left": "right", "right": "x"}, "exchanges 'right' with both 'left' and 'x'"),
         ({"foot l": "-foot r"}, "reverses the sign of contact 'foot r'"),
     ],
