@@ -146,9 +146,14 @@ def test_gait_files_that_cannot_be(command, folder, slip_file, verb):
 
 @pytest.mark.parametrize(
     "arguments",
-    [("show", "slip"), ("verify", "slip"), ("plot", "slip"), ("tune", "slip"), ("push", "slip"), ("stability", "slip")]
-    + [("report", "slip"), ("export", "slip", "-o", "slip.csv"), ("simulate", "slip"), ("compare", "slip", "slip.h5")]
-    + [("animate", "slip"), ("basin", "slip", "--over", "th1_rate=1,2"), ("trace", "slip", "--over", "slope=1:2")],
+    [
+        *((verb, "slip") for verb in ("show", "verify", "plot", "tune", "push", "stability", "report", "animate")),
+        ("simulate", "slip"),
+        ("export", "slip", "-o", "slip.csv"),
+        ("compare", "slip", "slip.h5"),
+        ("basin", "slip", "--over", "th1_rate=1,2"),
+        ("trace", "slip", "--over", "slope=1:2"),
+    ],
 )
 def test_a_file_without_its_suffix_is_suggested(command, folder, arguments):
     for name in ("slip.h5", "slip.png"):

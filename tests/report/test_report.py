@@ -70,12 +70,14 @@ def test_multipliers_are_those_of_assess_stability(text, slipping):
     assert f"largest modulus {assess_stability(slipping).radius:.4g}" in text
 
 
-@pytest.mark.parametrize(("value", "shown"), [(783.2, "783"), (-783.2, "\N{MINUS SIGN}783"), (-300 + 400j, "modulus 500")])
+@pytest.mark.parametrize(
+    ("value", "shown"), [(783.2, "783"), (-783.2, "\N{MINUS SIGN}783"), (-300 + 400j, "modulus 500")]
+)
 def test_a_multiplier_drawn_at_the_rim_is_marked_with_its_value(value, shown):
     picture = draw_multipliers([0.5, value])
     texts = [text for text in picture.iter("text") if text.text == shown]
     (rim,) = (circle for circle in picture.iter("circle") if circle.get("class") == "limit")
-    mark = [circle for circle in picture.iter("circle") if circle.get("class") == "multiplier outside"][0]
+    mark = next(circle for circle in picture.iter("circle") if circle.get("class") == "multiplier outside")
     centre = float(rim.get("cx"))
     distance = abs(complex(float(mark.get("cx")) - centre, float(mark.get("cy")) - centre))
     assert len(texts) == 1
