@@ -45,7 +45,7 @@ def _exit_by_interrupt() -> None:
 
 def _exit_immediately(number: int, frame: FrameType | None) -> None:
     """End the process while the commands are imported, where an exception could be taken for a missing package."""
-    os.write(2, b"Interrupted; nothing was written.\n")
+    os.write(2, b"Interrupted; no result was written.\n")
     os._exit(128 + number)
 
 

@@ -5,10 +5,15 @@ is invalid, where, and what is accepted.  A *numerical failure* (a solver that d
 not an exception: the result has a :class:`gaitopt.Status` or a :class:`gaitopt.Stop`.
 """
 
+import os
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 
 __all__ = ["ArchiveError", "GaitoptError", "InputError", "ScriptError", "SequenceError"]
+
+READABLE = (".h5", ".nc", ".json", ".csv", ".mat", ".sto", ".py", ".urdf", ".xml")
+"""Suffixes of the files that gaitopt reads; the first one is proposed if several files have the same name."""
 
 
 class GaitoptError(Exception):
@@ -43,3 +48,24 @@ def suggest(name: str, known: Iterable[str]) -> str:
     near = get_close_matches(name, known, n=1, cutoff=0.5)
     listing = f"Known: {', '.join(known)}." if known else "No names are known."
     return f"Did you mean {near[0]!r}? {listing}" if near else listing
+
+
+def describe_missing_file(path: str | Path) -> str:
+    """Return that there is no file, with the most similar one of the folder: its name with a suffix, or a similar name.
+
+    Examples
+    --------
+    >>> describe_missing_file("docs/examples/compass_slip").replace(os.sep, "/")
+    "There is no file docs/examples/compass_slip. Did you mean 'docs/examples/compass_slip.h5'?"
+    """
+    path = Path(path)
+    try:
+        with os.scandir(path.parent) as entries:
+            names = sorted(entry.name for entry in entries if entry.name[0] != "." and entry.is_file())
+    except OSError:
+        names = []
+    suffixes = [path.suffix] if path.suffix else reversed(READABLE)
+    stems = {Path(name).stem: name for suffix in suffixes for name in names if Path(name).suffix == suffix}
+    near = get_close_matches(path.stem, stems, n=1, cutoff=0.75)
+    hint = f" Did you mean '{path.with_name(stems[near[0]])}'?" if near else ""
+    return f"There is no file {path}.{hint}"

@@ -3,7 +3,7 @@
 import pytest
 
 from gaitopt import ArchiveError, GaitoptError, InputError
-from gaitopt.errors import ScriptError, SequenceError, suggest
+from gaitopt.errors import ScriptError, SequenceError, describe_missing_file, suggest
 
 
 @pytest.mark.parametrize("error", [ArchiveError, InputError, ScriptError, SequenceError])
@@ -27,3 +27,13 @@ def test_nothing_is_suggested_where_nothing_is_near():
 
 def test_any_iterable_of_names_will_do():
     assert suggest("spee", (name for name in ["torque", "speed"])).startswith("Did you mean 'speed'?")
+
+
+def test_a_missing_file_is_reported_with_the_most_similar_one(tmp_path):
+    for name in ("slip.h5", "slip.json", "sweep.nc", ".hidden.h5", "walk.png"):
+        (tmp_path / name).touch()
+    for name, similar in (("slip", "slip.h5"), ("slp.json", "slip.json"), ("sweeep", "sweep.nc")):
+        assert describe_missing_file(tmp_path / name).endswith(f"Did you mean '{tmp_path / similar}'?")
+    for name in ("walk", "hidden", "slip.csv", "other.h5"):
+        assert describe_missing_file(tmp_path / name) == f"There is no file {tmp_path / name}."
+    assert describe_missing_file(tmp_path / "none" / "slip") == f"There is no file {tmp_path / 'none' / 'slip'}."

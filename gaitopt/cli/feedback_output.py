@@ -133,6 +133,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         "A push is survived if the walker returns to the gait, any other disturbance if it completes all steps, "
         "possibly in another gait. Friction patch: loss of friction over some steps."
     )
+    if any(each["failed"] is None for each in facts["survived"]):
+        caption += " No failed value (-): the survived value is the largest tried."
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
     )

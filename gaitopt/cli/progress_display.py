@@ -1,4 +1,4 @@
-"""Progress on standard error: a live line on a terminal, otherwise one line every half minute."""
+"""Progress on standard error: a live line on a terminal, otherwise a line after ten seconds and every half minute."""
 
 import threading
 import time
@@ -9,8 +9,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Te
 
 from gaitopt.cli.output import err, out
 
-PERIOD = 30.0
-"""Time between two lines if standard error is not a terminal [s]."""
+FIRST, PERIOD = 10.0, 30.0
+"""Time until the first line and between two lines if standard error is not a terminal [s]."""
 
 
 class Display:
@@ -78,6 +78,7 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
 
 def _write_lines(display: Display, finished: threading.Event) -> None:
     """Print the state of the work at regular times until it is finished."""
-    began = time.perf_counter()
-    while not finished.wait(PERIOD):
+    began, wait = time.perf_counter(), min(FIRST, PERIOD)
+    while not finished.wait(wait):
+        wait = PERIOD
         err.print(f"{display.line} ({time.perf_counter() - began:.0f} s)", soft_wrap=True)

@@ -105,7 +105,7 @@ def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
 
 def _print(result: RobustDesign) -> None:
     from gaitopt.motion.gait_table import format_objective
-    from gaitopt.tuning.gain_units import format_gains
+    from gaitopt.tuning.gain_units import describe_gains, format_gains
 
     plan = result.plan
     unit = plan.gait.problem.get("objective_unit")
@@ -113,7 +113,8 @@ def _print(result: RobustDesign) -> None:
     costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
     out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:
-        out.print(f"gains: {format_gains(plan.tuning.family if plan.tuning else '', plan.gains)}")
+        family = plan.tuning.family if plan.tuning else ""
+        out.print(f"{describe_gains(family)}: {format_gains(family, plan.gains)}", soft_wrap=True)
     out.print(f"gait in unseen scenarios: {result.robust}")
     out.print(f"gait of lowest cost in the same scenarios: {result.nominal}")
     for path in result.files:

@@ -61,14 +61,16 @@ def describe_interrupt(invocation: Invocation, written: list[Path]) -> str:
     Examples
     --------
     >>> describe_interrupt(Invocation(), [])
-    'Interrupted; nothing was written.'
+    'Interrupted; no result was written.'
     """
     if stored := describe_stored_results(invocation.command, invocation.output):
         return f"Interrupted. {stored} Run the same command again to resume."
     results = [str(path) for path in dict.fromkeys(written) if path.exists() and not _identifies_study(path)]
     if results:
         return f"Interrupted; wrote {', '.join(results)}."
-    return "Interrupted; no result was written." if written else "Interrupted; nothing was written."
+    kept = [str(path.parent) for path in dict.fromkeys(written) if path.name == QUESTION and path.exists()]
+    note = f" {', '.join(kept)} contains the settings of the study and no result." if kept else ""
+    return f"Interrupted; no result was written.{note}"
 
 
 def _identifies_study(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -14,17 +15,19 @@ def print_diagram(diagram: BranchDiagram) -> None:
     """Print branches, and their special points in order."""
     unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
     branches = Table(box=box.SIMPLE, pad_edge=False, title="branches", title_justify="left")
-    for column in ("branch", "steps", "gaits", "stable", Text(f"{diagram.parameter}{unit}"), "begins", "ends"):
+    degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
+    parameter = Text(f"{diagram.parameter}{unit}")
+    for column in ("branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"):
         branches.add_column(column, no_wrap=True)
     for number, branch in enumerate(diagram.branches):
         begin = branch.begin if branch.parent is None else f"branch {branch.parent}"
-        span = f"{branch.values[0]:.6g} to {branch.values[-1]:.6g}"
+        ends = branch.values[[0, -1]]
+        spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]
         counts = (str(branch.steps), str(branch.values.size), str(int(branch.stable.sum())))
-        branches.add_row(str(number), *counts, span, begin.replace("_", " "), branch.end.replace("_", " "))
+        branches.add_row(str(number), *counts, *spans, begin.replace("_", " "), branch.end.replace("_", " "))
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
-    degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
-    columns: list[str | Text] = ["branch", "kind", Text(f"{diagram.parameter}{unit}"), *degrees, "before", "after"]
+    columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "before", "after"]
     for column in columns:
         special.add_column(column, no_wrap=column not in ("before", "after"))
     for number, branch in enumerate(diagram.branches):

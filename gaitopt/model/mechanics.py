@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
@@ -26,6 +27,11 @@ class PointMass:
     position : SX, shape (2, 1)
         Position in the slope-fixed frame [m].
 
+    Raises
+    ------
+    InputError
+        If the mass is a negative number.
+
     Examples
     --------
     >>> import casadi as ca
@@ -36,6 +42,9 @@ class PointMass:
 
     mass: ca.SX
     position: ca.SX
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self, "mass", "kg")
 
 
 @check_record
@@ -54,6 +63,11 @@ class RigidLink:
     angle : SX
         Orientation [rad].
 
+    Raises
+    ------
+    InputError
+        If the mass or the inertia is a negative number.
+
     Examples
     --------
     >>> import casadi as ca
@@ -66,6 +80,17 @@ class RigidLink:
     position: ca.SX
     inertia: ca.SX
     angle: ca.SX
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self, "mass", "kg")
+        _refuse_negative(self, "inertia", "kg m^2")
+
+
+def _refuse_negative(body: "Body", name: str, unit: str) -> None:
+    """Raise InputError if a number of a body is negative; an expression of parameters is not checked."""
+    value = ca.SX(getattr(body, name))
+    if value.is_scalar() and value.is_constant() and float(value) < 0:
+        raise InputError(f"{type(body).__name__}: {name} must not be negative [{unit}], got {float(value):g}.")
 
 
 Body = PointMass | RigidLink

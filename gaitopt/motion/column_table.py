@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.errors import ArchiveError, InputError
+from gaitopt.errors import ArchiveError, InputError, describe_missing_file
 from gaitopt.motion.motion import Array
 
 DELIMITERS = (",", ";", "\t")
@@ -48,7 +48,7 @@ def read_columns(path: Path) -> ColumnTable:
             f"{path} has the suffix {suffix!r}; a recorded motion ends in {', '.join(_READERS)}, a gait in .h5."
         )
     if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
+        raise ArchiveError(describe_missing_file(path))
     table = _READERS[suffix](path)
     lengths = {values.size for values in table.columns.values()}
     if len(lengths) != 1 or min(lengths) < 2:

@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from gaitopt.errors import ArchiveError, GaitoptError
+from gaitopt.errors import ArchiveError, GaitoptError, describe_missing_file
 from gaitopt.interrupts import stems_from_interrupt
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import make_block, verify_checksum
@@ -124,7 +124,7 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
         raise ArchiveError(f"{path} is a folder; specify a file{f' in it, such as {inside}' if inside else ''}.")
     if not path.is_file():
         missing = not path.exists()
-        raise ArchiveError(f"There is no file {path}." if missing else f"{path} is a device, a pipe or a socket.")
+        raise ArchiveError(describe_missing_file(path) if missing else f"{path} is a device, a pipe or a socket.")
     try:
         intact = _verify_once(path)
         with h5py.File(path, "r") as file:

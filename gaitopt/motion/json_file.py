@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from gaitopt.errors import ArchiveError
+from gaitopt.errors import ArchiveError, describe_missing_file
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.summary import plain
 from gaitopt.version import __version__
@@ -52,7 +52,7 @@ def read_json(path: Path, kind: tuple[str, int], writer: str) -> Iterator[dict[s
         If there is no such file, or it does not contain a result of this format.
     """
     if not path.is_file():
-        raise ArchiveError(f"There is no file {path}.")
+        raise ArchiveError(describe_missing_file(path))
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
         if facts["format"] != kind[0] or facts["format_version"] > kind[1]:

@@ -22,6 +22,7 @@ sequence stands for several closed ones, which ``solve_planar`` and ``search`` s
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from gaitopt.arguments import check_record
@@ -124,7 +125,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         elif robot is not None and _is_single_support(text):
             sequence = _from_single_support(ContactSequence.parse(text), robot)
         else:
-            sequence = _parse(text)
+            sequence = _parse(text, () if robot is None else robot.contact_names)
         return sequence if robot is None else sequence.check(robot)
 
     def check(self, robot: "PlanarRobot") -> "PhaseSequence":
@@ -235,22 +236,22 @@ def _text_of(modes: Modes) -> str:
     return ", ".join(f"{name} {mode.value}" for name, mode in modes) or FLIGHT
 
 
-def _parse(text: str) -> PhaseSequence:
-    """Return the sequence of a text without a check against a robot."""
+def _parse(text: str, contacts: Sequence[str]) -> PhaseSequence:
+    """Return the sequence of a text without a check against a robot, whose contacts appear in error messages."""
     parts = re.split(r"(>|\|)\s*(\[[^\]]*\])?\s*(\([^)]*\))?", text)
     if len(parts) < 5 or parts[-1].strip():
         raise SequenceError(f"The sequence {text!r} must end with an event, '>' or '|'. {_EXAMPLE}")
     phases, events = [], []
     for phase, separator, outcome, changes in zip(parts[:-1:4], parts[1::4], parts[2::4], parts[3::4], strict=True):
-        phases.append(_read_modes(phase, text))
+        phases.append(_read_modes(phase, text, contacts))
         if outcome is not None and separator == ">":
             raise SequenceError(f"The sequence {text!r} states an outcome {outcome} after '>'; only impacts have one.")
-        modes = None if outcome is None else _read_modes(outcome[1:-1], text)
+        modes = None if outcome is None else _read_modes(outcome[1:-1], text, contacts)
         events.append(PhaseEvent(separator == "|", modes, () if changes is None else read_changes(changes[1:-1], text)))
     return PhaseSequence(tuple(phases), tuple(events))
 
 
-def _read_modes(part: str, text: str) -> Modes:
+def _read_modes(part: str, text: str, contacts: Sequence[str]) -> Modes:
     if part.strip() == FLIGHT:
         return ()
     modes: dict[str, Mode] = {}
@@ -260,12 +261,21 @@ def _read_modes(part: str, text: str) -> Modes:
         if spelling not in known or not name:
             raise SequenceError(
                 f"The sequence {text!r} contains {entry.strip()!r}, which is not a contact and its mode. "
-                f"{suggest(spelling, known)} {_EXAMPLE}"
+                f"{_suggest_entry(entry.strip(), tuple(known), contacts)} {_EXAMPLE}"
             )
         if name.strip() in modes:
             raise SequenceError(f"The sequence {text!r} names contact {name.strip()!r} twice in one phase.")
         modes[name.strip()] = known[spelling]
     return tuple(modes.items())
+
+
+def _suggest_entry(entry: str, modes: Sequence[str], contacts: Sequence[str]) -> str:
+    """Return what an invalid entry of a phase lacks, its mode or its contact, or the most similar mode."""
+    if entry in modes:
+        return f"The contact in mode {entry!r} is missing."
+    if similar := get_close_matches(entry, contacts, n=1, cutoff=0.8):
+        return f"The mode of the contact is missing: write, for example, '{similar[0]} stick'."
+    return suggest(entry.rpartition(" ")[2], modes)
 
 
 def _is_single_support(text: str) -> bool:

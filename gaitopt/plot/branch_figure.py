@@ -1,6 +1,7 @@
 """The figure of a bifurcation diagram: a coordinate and the multipliers of gaits over a parameter."""
 
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps, split_branch
 from gaitopt.errors import InputError, suggest
+from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
@@ -33,6 +35,11 @@ MARKERS = {
 
 LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown."""
+
+
+NO_BREAK = "\N{NO-BREAK SPACE}"
+LINE, LONGEST_CHANGES = 58, 116
+"""Characters of a line of the title, and of the changed parameters in it; longer ones are counted."""
 
 
 @check_arguments
@@ -105,14 +112,33 @@ def find_top(axes: "Axes") -> float:
 
 
 def _title(diagram: BranchDiagram) -> str:
-    """Return the title: the robot, and slope and friction unless they are varied."""
+    """Return the title: the robot, and slope and friction unless they are varied; below, what is not the default."""
     values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
     if "slope" in values and diagram.parameter != "slope":
         facts.append(f"slope {math.degrees(values['slope']):.4g} deg")
     if "friction" in values and diagram.parameter != "friction":
         friction = values["friction"]
         facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
-    return ", ".join(facts)
+    changes = _describe_changes(diagram)
+    return ", ".join(facts) + (f"\n{changes}" if changes else "")
+
+
+def _describe_changes(diagram: BranchDiagram) -> str:
+    """Return the parameters of a robot of the catalogue that do not have their default, in words if they are many."""
+    try:
+        robot = robot_named(diagram.robot)
+    except InputError:  # a custom robot
+        return ""
+    changes = [
+        f"{each.name.replace('_', ' ')} {diagram.parameters[each.name]:.4g} {'' if each.unit == '1' else each.unit}"
+        for each in robot.parameters
+        if each.name not in ("slope", "friction", diagram.parameter)
+        and not math.isclose(diagram.parameters.get(each.name, each.default), each.default, rel_tol=1e-12)
+    ]
+    text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
+    if len(text) > LONGEST_CHANGES:
+        return f"{len(changes)} parameters are not the defaults"
+    return "\n".join(textwrap.wrap(text, LINE)).replace(NO_BREAK, " ")
 
 
 def angle_symbol_of(coordinate: str) -> str:

@@ -80,8 +80,22 @@ def draw_multipliers(multipliers: Sequence[complex]) -> Element:
         mark = element("circle", class_=f"multiplier {kind}", cx=x(shown.real), cy=y(shown.imag), r=5)
         mark.append(element("title", spell_complex(value)))
         marks.append(mark)
+        if shown != value:
+            marks.append(_label_distant(value, x(shown.real), y(shown.imag)))
+    if any(abs(value) > LARGEST for value in multipliers):
+        rim = element("circle", class_="limit", cx=x(0), cy=y(0), r=x(LARGEST) - x(0))
+        rim.append(element("title", f"Multipliers of modulus above {LARGEST:g} are drawn here."))
+        axes.append(rim)
     label = f"Multipliers {', '.join(map(spell_complex, multipliers))} and the unit circle"
     return element("svg", *axes, *marks, class_="plane", viewBox=f"0 0 {SIDE} {SIDE}", role="img", aria_label=label)
+
+
+def _label_distant(value: complex, x: float, y: float) -> Element:
+    """Return the value of a multiplier that is drawn at the rim, or its modulus, below its mark or above it."""
+    half = 26.0 if value.imag == 0 else 38.0
+    text = f"{value.real:.3g}" if value.imag == 0 else f"modulus {abs(value):.3g}"
+    place = {"x": min(max(x, half), SIDE - half), "y": y + 20 if y < SIDE - 30 else y - 10}
+    return element("text", text.replace("-", "\N{MINUS SIGN}"), class_="tick middle", **place)
 
 
 def spell_complex(value: complex) -> str:

@@ -20,6 +20,8 @@ Named = tuple[str, list[Array]]
 def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Chart]:
     """Return coordinates, torques, force ratio and slide of the feet over time; of several feet normal forces, too.
 
+    The slide of a motion that never slips is not drawn.
+
     Parameters
     ----------
     motion : Motion, PlanarMotion or MotionView
@@ -41,6 +43,7 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
     if view.sliding:
         title = "Force ratio and friction cone"
         charts.append(_foot_chart(view, title, "tangential / normal", view.sliding, _ratio, cone))
+    if any(part.slipping for part in view.segments):  # the slide of a gait that never slips is rounding noise
         title = "Slide of the feet" if several else "Slide of the stance foot"
         charts.append(_foot_chart(view, title, "slide since landing", view.sliding, _slide, (), "mm"))
     return [chart for chart in charts if chart is not None]

@@ -198,7 +198,12 @@ def law_name(name: str) -> str:
     normalised = name.strip().replace("-", "_").replace(" ", "_")
     normalised = SYNONYMS.get(normalised, normalised)
     if normalised not in FAMILIES:
-        raise InputError(f"There is no feedback law {name!r}. {suggest(name, FAMILIES)}")
+        script, _, function = name.partition(":")
+        example = f", here '{script}.py:{function}'" if script and function and not script.endswith(".py") else ""
+        raise InputError(
+            f"There is no feedback law {name!r}. {suggest(name, FAMILIES)} On the command line, SCRIPT.py:FUNCTION "
+            f"is a custom law{example}."
+        )
     return normalised
 
 

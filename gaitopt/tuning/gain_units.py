@@ -23,3 +23,14 @@ def format_gains(family: str, gains: Mapping[str, float], *, several_contacts: b
     units = {} if several_contacts else UNITS.get(family, {})
     texts = (f"{name} {value:.4g} {units.get(name.rpartition('_')[2], '')}" for name, value in gains.items())
     return ", ".join(text.rstrip() for text in texts)
+
+
+def describe_gains(family: str) -> str:
+    """Return the heading of tuned gains; those of LQR are the scales of its weights.
+
+    Examples
+    --------
+    >>> describe_gains("lqr"), describe_gains("joint_pd")
+    ('LQR weights (a deviation or torque of this size costs 1)', 'gains')
+    """
+    return "LQR weights (a deviation or torque of this size costs 1)" if family in ("lqr", "step_lqr") else "gains"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, describe_missing_file
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import check_suffix
@@ -168,11 +168,11 @@ def load_tuning(path: str | Path) -> TunedGains:
     >>> load_tuning("nowhere.json")
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: There is no file nowhere.json with tuned gains.
+    gaitopt.errors.InputError: There is no file nowhere.json.
     """
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"There is no file {path} with tuned gains.")
+        raise InputError(describe_missing_file(path))
     with read_json(path, KIND, "gaitopt tune -o") as facts:
         return TunedGains(
             family=locate_script(str(facts["law"]), path.parent),

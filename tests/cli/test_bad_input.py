@@ -144,6 +144,23 @@ def test_gait_files_that_cannot_be(command, folder, slip_file, verb):
     assert "; specify a file in it, such as" in run.err
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *((verb, "slip") for verb in ("show", "verify", "plot", "tune", "push", "stability", "report", "animate")),
+        ("simulate", "slip"),
+        ("export", "slip", "-o", "slip.csv"),
+        ("compare", "slip", "slip.h5"),
+        ("basin", "slip", "--over", "th1_rate=1,2"),
+        ("trace", "slip", "--over", "slope=1:2"),
+    ],
+)
+def test_a_file_without_its_suffix_is_suggested(command, folder, arguments):
+    for name in ("slip.h5", "slip.png"):
+        (folder / name).touch()
+    refused(command(*arguments), folder, ["slip.h5", "slip.png"], said="There is no file slip. Did you mean 'slip.h5'?")
+
+
 @pytest.mark.parametrize("verb", ["show", "verify"])
 def test_gait_files_that_cannot_be_as_json(command, folder, verb):
     run = refused(command(verb, "--json", "nope.h5"), folder)

@@ -389,6 +389,7 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
         ("nowhere.py:law", "There is no law script nowhere.py"),
         ("pid", "There is no feedback law 'pid'"),
+        ("mylaw:hip", "On the command line, SCRIPT.py:FUNCTION is a custom law, here 'mylaw.py:hip'."),
     ):
         code, text = run(capsys, "stability", GAIT, "--law", name)
         assert code == 2

@@ -79,7 +79,7 @@ def test_an_interrupt_that_became_another_error(monkeypatch, capsys, kind):
     with pytest.raises(SystemExit) as stop:
         main(["verify", "gait.h5"])
     assert stop.value.code == 130
-    assert capsys.readouterr().err.strip() == "Interrupted; nothing was written."
+    assert capsys.readouterr().err.strip() == "Interrupted; no result was written."
 
 
 def test_a_mistake_after_an_interrupt_is_told(monkeypatch, capsys):
@@ -108,7 +108,7 @@ def test_before_the_solve(script, folder):
     status, out, err = interrupted(script(SLOW_TO_BUILD), folder, "--json", after=0.1)
     assert status == 130
     assert json.loads(out)["status"] == "interrupted"
-    assert err.strip() == "Interrupted; nothing was written."
+    assert err.strip() == "Interrupted; no result was written."
 
 
 def raise_interrupt(*_):

@@ -53,7 +53,7 @@ __main__.main()
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no such signal")
 def test_an_interrupt_in_the_first_import_of_the_command_line_ends_in_a_sentence():
     run = subprocess.run([sys.executable, "-c", FIRST], capture_output=True, text=True, timeout=60, check=False)
-    assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
+    assert (run.returncode, run.stderr) == (130, "Interrupted; no result was written.\n")
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_an_interrupt_in_the_first_import_of_the_command_line_ends_in_a_sentence
 def test_an_interrupt_between_the_imports_and_the_command_ends_it_with_a_sentence(name):
     words = [sys.executable, "-c", EARLY.format(name=name)]
     run = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
-    assert (run.returncode, run.stderr) == (130, "Interrupted; nothing was written.\n")
+    assert (run.returncode, run.stderr) == (130, "Interrupted; no result was written.\n")
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Progress: live on a terminal, a line every half minute without one, silent with --quiet; counts are honest."""
 
 import io
+import re
 import time
 
 import pytest
@@ -40,10 +41,19 @@ def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypat
 
 def test_the_period_is_half_a_minute(error_stream):
     stream = error_stream(terminal=False)
-    assert progress_display.PERIOD == 30
+    assert (progress_display.FIRST, progress_display.PERIOD) == (10, 30)
     with progress_display.show_progress("quick", hidden=False):
         pass
     assert stream.getvalue() == ""
+
+
+def test_the_first_line_is_earlier_than_the_period(error_stream, monkeypatch):
+    stream = error_stream(terminal=False)
+    monkeypatch.setattr(progress_display, "FIRST", 0.05)
+    with progress_display.show_progress("optimisations", hidden=False, counted=True) as display:
+        display.count(6, 1000)
+        time.sleep(0.3)
+    assert re.fullmatch(r"optimisations 6/1000 \(0 s\)\n", stream.getvalue())
 
 
 @pytest.mark.parametrize(("hidden", "quiet"), [(True, False), (False, True)])

@@ -62,6 +62,11 @@ def test_a_table_over_an_angle_states_degrees_too(root):
     assert "slope [rad]" in table
     assert "slope [deg]" in table
     assert f"{doubling.value:.9f}   {math.degrees(doubling.value):.7f}" in table
+    branches = table.partition("special points")[0]
+    first, last = load_diagram(path).branches[0].values[[0, -1]]
+    assert "slope [deg]" in branches
+    assert f"{first:.6g} to {last:.6g}" in branches
+    assert f"{math.degrees(first):.6g} to {math.degrees(last):.6g}" in branches
 
 
 @pytest.mark.slow

@@ -98,6 +98,9 @@ def test_a_mirror_exchanges_by_name_and_sign():
     ("pairs", "message"),
     [
         ({"left": "knee"}, "exchanges 'left' with 'knee', which are not two coordinates"),
+        ({"foot l": "foot rr"}, r"Did you mean 'foot r'\?"),
+        ({"foot ll": "foot r"}, r"Did you mean 'foot l'\?"),
+        ({"left": "foot l"}, "two actuators. Known: x, left, right, foot l, foot r"),
         ({"left": "right", "right": "x"}, "exchanges 'right' with both 'left' and 'x'"),
         ({"foot l": "-foot r"}, "reverses the sign of contact 'foot r'"),
     ],
@@ -139,6 +142,32 @@ def test_a_massless_link_is_a_fault():
     assert check_planar(biped(c, bodies=[PointMass(1.0, hip)])).faults == (
         "Robot 'biped': the mass matrix is singular; every coordinate needs a mass or an inertia.",
     )
+
+
+def test_a_negative_mass_is_named_by_its_sign():
+    place = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"))
+    for make, message in (
+        (lambda: RigidLink(-0.5, place, 0.1, 0.0), r"RigidLink: mass must not be negative \[kg\], got -0.5"),
+        (
+            lambda: RigidLink(0.5, place, ca.SX(-0.1), 0.0),
+            r"RigidLink: inertia must not be negative \[kg m\^2\], got -0.1",
+        ),
+        (lambda: PointMass(-6, place), r"PointMass: mass must not be negative \[kg\], got -6"),
+    ):
+        with pytest.raises(InputError, match=message):
+            make()
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY, Parameter("leg_mass", -6.0, "kg", "mass of a leg")])
+    bodies = [PointMass(c.parameter("leg_mass"), ca.vertcat(c.coordinate("x"), c.coordinate("y")))]
+    assert "a mass or an inertia is negative" in check_planar(biped(c, bodies=bodies)).faults[0]
+
+
+@pytest.mark.parametrize("armed", [0.05, -1, True])
+def test_a_contact_is_not_armed_by_a_number(armed):
+    place = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"))
+    with pytest.raises(InputError, match=r"PointContact: armed must be an expression.*without armed, the contact can"):
+        PointContact(place, armed=armed)
+    with pytest.raises(InputError, match=r"ArcContact: armed must be an expression"):
+        ArcContact(place, 0.1, ca.SX.sym("angle"), armed=armed)
 
 
 @pytest.mark.filterwarnings("error")

@@ -1,11 +1,12 @@
 """Figures of branches, and the map of the regions that curves of special points bound."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gaitopt import InputError, load_diagram, plot_branches
+from gaitopt import InputError, compass_biped, load_diagram, plot_branches
 from gaitopt.continuation import SpecialCurve, SpecialKind
 from gaitopt.continuation.branch_diagram import split_branch
 from gaitopt.plot import plot_curves
@@ -103,3 +104,16 @@ def test_pieces_of_different_sequences_are_joined_only_where_the_quantity_is_con
     assert next(piece.stop for piece, _, _ in split_branch(branch)) == 4
     apart = list(split_branch(branch, joined=False))
     assert (apart[0][0].stop, apart[1][0].start, apart[0][1], apart[1][1]) == (3, 3, "a | b", "c | b")
+
+
+def test_the_title_of_branches_states_changed_parameters(diagram):
+    default = {each.name: each.default for each in compass_biped().parameters}
+    titles = [
+        plot_branches(replace(diagram, parameters=diagram.parameters | default | changes)).axes[0].get_title(loc="left")
+        for changes in ({"friction": math.inf}, {"friction": math.inf, "hip_mass": 14.0, "leg_length": 0.9})
+    ]
+    assert titles[0] == "compass biped, infinite friction"
+    assert titles[1] == "compass biped, infinite friction\nleg length 0.9 m, hip mass 14 kg"
+    lines = plot_branches(diagram).axes[0].get_title(loc="left").splitlines()
+    assert (len(lines), max(map(len, lines)) <= 58) == (3, True)
+    assert "leg mass 5 kg" in lines[1]

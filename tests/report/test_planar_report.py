@@ -64,8 +64,7 @@ def test_charts_are_as_long_as_the_period_and_contain_no_nan(hop_gait):
         "Forces of actuators",
         "Normal forces over the weight",
         "Force ratio and friction cone",
-        "Slide of the feet",
-    ]
+    ]  # no slide, which would be rounding noise
     for chart in charts:
         assert (chart.x_axis.low, chart.x_axis.high) == (0.0, pytest.approx(hop_gait.period))
         assert all(np.isfinite(piece).all() for line in chart.lines for piece in line.y)

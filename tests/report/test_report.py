@@ -19,9 +19,11 @@ from gaitopt import (
     simulate,
     write_report,
 )
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.report import show_in_notebook
-from gaitopt.report.balance import draw_ledger
+from gaitopt.report.balance import draw_ledger, draw_multipliers
 from gaitopt.report.chart import Axis, Chart, Curve
+from gaitopt.report.motion_charts import time_charts
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -66,6 +68,30 @@ def test_numbers_of_the_gait_stand_on_the_page(text, slipping):
 
 def test_multipliers_are_those_of_assess_stability(text, slipping):
     assert f"largest modulus {assess_stability(slipping).radius:.4g}" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"), [(783.2, "783"), (-783.2, "\N{MINUS SIGN}783"), (-300 + 400j, "modulus 500")]
+)
+def test_a_multiplier_drawn_at_the_rim_is_marked_with_its_value(value, shown):
+    picture = draw_multipliers([0.5, value])
+    texts = [text for text in picture.iter("text") if text.text == shown]
+    (rim,) = (circle for circle in picture.iter("circle") if circle.get("class") == "limit")
+    mark = next(circle for circle in picture.iter("circle") if circle.get("class") == "multiplier outside")
+    centre = float(rim.get("cx"))
+    distance = abs(complex(float(mark.get("cx")) - centre, float(mark.get("cy")) - centre))
+    assert len(texts) == 1
+    assert distance == pytest.approx(float(rim.get("r")), abs=0.02)
+    assert "limit" not in [circle.get("class") for circle in draw_multipliers([0.5, -2.9]).iter("circle")]
+
+
+def test_only_a_gait_that_slips_has_a_chart_of_its_slide(slipping):
+    (phase,) = (part for part in slipping.motion.segments if part.mode is Mode.STICK)
+    titles = [
+        [chart.title for chart in time_charts(motion, {})]
+        for motion in (slipping.motion, replace(slipping.motion, segments=(phase,)))
+    ]
+    assert titles[0] == [*titles[1], "Slide of the stance foot"]
 
 
 def test_a_gait_whose_stability_cannot_be_assessed_says_why(text):

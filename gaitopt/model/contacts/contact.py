@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.errors import InputError
 
 
 class Contact(ABC):
@@ -82,6 +83,9 @@ class PointContact(Contact):
     armed: ca.SX | None = None
     falls: bool = False
 
+    def __post_init__(self) -> None:
+        _refuse_constant_arming(self)
+
     @property
     def slide(self) -> ca.SX:
         """Horizontal position [m]."""
@@ -136,6 +140,9 @@ class ArcContact(Contact):
     armed: ca.SX | None = None
     falls: bool = False
 
+    def __post_init__(self) -> None:
+        _refuse_constant_arming(self)
+
     @staticmethod
     def on(foot: ca.SX, radius: ca.SX, angle: ca.SX) -> "ArcContact":
         """Return the arc whose slide coordinate and gap are `foot`, shape (2, 1), such as ``Coordinates.foot``."""
@@ -160,3 +167,13 @@ class ArcContact(Contact):
     def rim(self) -> ca.SX:
         """Centre, radius and angle, shape (4, 1)."""
         return ca.vertcat(self.centre, self.radius, self.angle)
+
+
+def _refuse_constant_arming(contact: Contact) -> None:
+    """Raise InputError if a contact is armed by a plain number, and therefore always or never."""
+    if isinstance(contact.armed, int | float):
+        raise InputError(
+            f"{type(contact).__name__}: armed must be an expression of coordinates that is positive where the contact "
+            f"can close, such as the distance of the legs minus {abs(contact.armed):g}, got the number "
+            f"{contact.armed:g}; without armed, the contact can always close."
+        )

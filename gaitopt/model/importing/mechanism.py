@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, describe_missing_file
 
 Vector = NDArray[np.float64]
 
@@ -115,11 +115,11 @@ def read_mechanism(source: str | Path) -> Mechanism:
     >>> read_mechanism("nowhere.urdf")
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: There is no file 'nowhere.urdf'.
+    gaitopt.errors.InputError: There is no file nowhere.urdf.
     """
     text = str(source).lstrip()
     if not text.startswith("<") and not Path(source).is_file():
-        raise InputError(f"There is no file {str(source)!r}.")
+        raise InputError(describe_missing_file(source))
     try:
         import mujoco
     except ImportError:

@@ -61,12 +61,13 @@ def make_mirror(
         entries = {a: (b, sign) for a, (b, sign) in parts.items() if a in kind and b in kind}
         used |= set(entries)
         tables.append([entries.get(name, (name, 1.0)) for name in kind])
-    for name in parts:
+    for name, (partner, _) in parts.items():
         if name not in used:
             known = [*coordinates, *contacts, *actuators]
+            wrong = partner if name in known and partner not in known else name
             raise InputError(
-                f"The mirror exchanges {name!r} with {parts[name][0]!r}, which are not two coordinates, two contacts "
-                f"or two actuators. {suggest(name, known)}"
+                f"The mirror exchanges {name!r} with {partner!r}, which are not two coordinates, two contacts "
+                f"or two actuators. {_suggest_name(wrong, known)}"
             )
     for name, sign in tables[1]:
         if sign < 0:
@@ -75,6 +76,11 @@ def make_mirror(
             )
     place = [list(contacts).index(name) for name, _ in tables[1]]
     return Mirror(_matrix(tables[0], coordinates), _matrix(tables[2], actuators), tuple(place))
+
+
+def _suggest_name(name: str, known: Sequence[str]) -> str:
+    """Return a sentence with the most similar name; a name that exists has no similar one."""
+    return f"Known: {', '.join(known)}." if name in known else suggest(name, known)
 
 
 def _read_pairs(pairs: Mapping[str, str]) -> dict[str, tuple[str, float]]:

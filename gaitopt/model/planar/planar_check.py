@@ -22,6 +22,9 @@ STEP = 1e-5
 MOST_COORDINATES = 12
 """Largest number of coordinates of a robot that is checked before it is used: the check forms its mass matrix."""
 
+NEGATIVE = 1e-12
+"""Least size of a negative eigenvalue of the mass matrix, relative to the largest one, that is not a rounding error."""
+
 EXACT, DIFFERENCED = 1e-9, 1e-6
 """Largest relative errors of a correct robot: of identities, and of derivatives against differences."""
 
@@ -164,6 +167,8 @@ def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, .
     """Return the sentences of the errors that are too large."""
     least, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
+    if least > NEGATIVE:
+        return (f"{name} the mass matrix has a negative eigenvalue: a mass or an inertia is negative.",)
     if not -least > 1e-14:
         return (f"{name} the mass matrix is singular; every coordinate needs a mass or an inertia.",)
     if not energy < DIFFERENCED:

@@ -107,7 +107,7 @@ def test_a_file_with_slides_at_its_root_has_no_further_base():
 @pytest.mark.parametrize(
     ("source", "changes", "message"),
     [
-        ("nowhere.urdf", {}, "There is no file 'nowhere.urdf'"),
+        ("nowhere.urdf", {}, "There is no file nowhere.urdf"),
         ("<robot>", {}, "MuJoCo cannot read the robot"),
         (HOPPER, {"contacts": {"sole": ("legs", (0, 0, 0))}}, "on body 'legs', which is not in the file. Did you mean"),
         (HOPPER, {"contacts": {"sole": ("leg", (0, 0))}}, "must have three finite coordinates"),
