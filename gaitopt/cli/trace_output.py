@@ -17,8 +17,9 @@ def print_diagram(diagram: BranchDiagram) -> None:
     branches = Table(box=box.SIMPLE, pad_edge=False, title="branches", title_justify="left")
     degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
     parameter = Text(f"{diagram.parameter}{unit}")
-    for column in ("branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"):
-        branches.add_column(column, no_wrap=True)
+    titles: list[str | Text] = ["branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"]
+    for title in titles:
+        branches.add_column(title, no_wrap=True)
     for number, branch in enumerate(diagram.branches):
         begin = branch.begin if branch.parent is None else f"branch {branch.parent}"
         ends = branch.values[[0, -1]]

@@ -18,7 +18,6 @@ from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
-from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
@@ -72,7 +71,6 @@ def simulate_planar(
     until: str | None = None,
     torque: ca.Function | PlanarLaw | None = None,
     latched: tuple[str, ...] | None = None,
-    engine: PlanarEngine = REFERENCE,
 ) -> PlanarRollout:
     """Simulate a planar robot; every contact is free, sticks or slips by itself.
 
@@ -92,8 +90,6 @@ def simulate_planar(
         (t, q, v) -> u of all actuators, or a law, whose clock starts here; zero by default.
     latched : tuple of str, optional
         Stops that are latched at the beginning; see :meth:`PlanarAutomaton.begin` for the default.
-    engine : PlanarEngine
-        By default the reference engine; ``planar_engine_named("heyoka")`` is faster for long simulations.
 
     Returns
     -------
@@ -113,7 +109,7 @@ def simulate_planar(
     """
     check_event(robot, until)
     values, terrain = separate_terrain(parameters)
-    automaton = PlanarAutomaton(robot, robot.resolve(values), torque, terrain, engine=engine)
+    automaton = PlanarAutomaton(robot, robot.resolve(values), torque, terrain)
     q, v = _check_state(robot, "q", q), _check_state(robot, "v", v)
     state = automaton.begin(q, v, latched=latched)
     return follow(automaton, state, duration=duration, until=until)

@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.law_slopes import latch_slope, law_slope
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.control.planar_laws.torque_formula import function_formula, law_formula
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.planar.mirror import Mirror
@@ -17,7 +18,6 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.torque_function import check_torque, passive_torque, torque_slope
 from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.planar_simulation.torque_formula import function_formula, law_formula
 
 INSTANT = 1e-11
 """Least duration of a piece of the integration [s]."""
