@@ -208,7 +208,7 @@ def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
         down.replace_fields(problem=down.problem.replace(terrain=block, footholds=places))
     ).verification
     assert not verification.passed
-    assert "step 2 is up to" in verification.reasons[0]
+    assert "steps[1] is up to" in verification.reasons[0]
     assert "below the terrain" in verification.reasons[0]
 
 
