@@ -93,8 +93,8 @@ class Stop(Enum):
         "friction is large; the simulation ends there."
     )
     STUMBLED = (
-        "A foot hit the front of a step in the ground, or slid onto ground of infinite friction; the simulation ends "
-        "there."
+        "A foot hit the vertical face of a step in the ground, or slid onto ground of infinite friction; the "
+        "simulation ends there."
     )
     UNEVEN = "A rigid foot would stand on two heights of the ground; the simulation ends there."
     JAM = "The sliding contacts jam: their slip is not well posed; the simulation ends there."

@@ -53,7 +53,10 @@ def plot(
     problem: Annotated[
         Path | None,
         typer.Option(
-            "--problem", metavar="PROBLEM.py|FILE", help="Script or gait of the diagram, needed for its page (.html)."
+            "--problem",
+            metavar="PROBLEM.py|FILE",
+            help="Script or gait from which the diagram was traced, for its page (.html). "
+            "It may be omitted for passive gaits of a robot of the catalogue.",
         ),
     ] = None,
     json: Json = False,

@@ -264,7 +264,7 @@ CyclePeriod = Annotated[
     int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits to search for [steps].")
 ]
 PushStarts = Annotated[
-    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts used for verification.")
+    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts (states after a push) of the walks.")
 ]
 
 

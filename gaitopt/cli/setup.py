@@ -266,7 +266,7 @@ def _engines() -> str:
         walk = simulate(compass_biped(), q, v, {"slope": np.deg2rad(1), "friction": 0.3}, engine=engine)
         if abs(walk.motion.period - 0.744620868) > 1e-7:
             raise RuntimeError(
-                f"{engine.name}: a step with the period 0.744620868 s has the period {walk.motion.period} s"
+                f"{engine.name}: the period of the test gait is {walk.motion.period} s instead of 0.744620868 s"
             )
     return f"{', '.join(engines)}; the fastest is {default_engine().name}"
 

@@ -30,7 +30,7 @@ Where straight legs pass each other, the swing foot passes through the height of
 """
 
 UNEVEN = (
-    Parameter(RISE, 0.0, "m", "height of the next foothold's ground above the stance foot, at the stance foot"),
+    Parameter(RISE, 0.0, "m", "height of the next foothold's ground, extended to the stance foot, above this foot"),
     Parameter(INCLINE, 0.0, "rad", "inclination of the ground, uphill positive", lower=-STEEPEST, upper=STEEPEST),
     Parameter(NEXT_INCLINE, 0.0, "rad", "inclination at the next foothold", lower=-STEEPEST, upper=STEEPEST),
 )

@@ -208,7 +208,7 @@ def test_the_replay_reports_a_swing_foot_below_the_terrain(down):
         down.replace_fields(problem=down.problem.replace(terrain=block, footholds=places))
     ).verification
     assert not verification.passed
-    assert "step 2 is up to" in verification.reasons[0]
+    assert "steps[1] is up to" in verification.reasons[0]
     assert "below the terrain" in verification.reasons[0]
 
 
@@ -245,7 +245,7 @@ def test_the_rise_of_each_step_is_in_the_table(down):
     [
         ({"start": None, "end": None}, "does not repeat"),
         ({"terrain": Terrain(steps=[(0.02, 0.1)])}, "Foothold 0 must be between 0 and 0 m"),
-        ({"footholds": {1: (0.69, 0.72)}}, "leaves no place"),
+        ({"footholds": {1: (0.69, 0.72)}}, "leaves no position"),
         ({"footholds": {4: (0, 1)}}, r"one of \[1, 2, 3\]"),
         ({"terrain": True}, "terrain must be a Terrain"),
     ],

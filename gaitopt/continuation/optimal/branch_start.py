@@ -44,8 +44,8 @@ def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gai
     optimum = find_optimum(nlp, x, multipliers, value)
     if optimum is None:
         raise InputError(
-            f"The branch must start from an optimum with definite active constraints; that at {name} = {value:.6g} has "
-            "none. Begin the range at another value."
+            f"The active constraints of the optimum at {name} = {value:.6g} are not uniquely determined, so no branch "
+            "can start there. Begin the range at another value."
         )
     return optimum
 

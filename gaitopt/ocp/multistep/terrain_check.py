@@ -49,15 +49,15 @@ def describe_contradictions(problem: MultiStepProblem, motion: Motion) -> list[s
     """Return how a motion contradicts its terrain, one sentence each; see :func:`find_scuffs`."""
     terrain = problem.terrain or Terrain()
     reasons = [
-        f"the swing foot of step {step + 1} is up to {1e3 * depth:.2g} mm below the terrain, at {place:.3f} m"
+        f"the swing foot of steps[{step}] is up to {1e3 * depth:.2g} mm below the terrain, at {place:.3f} m"
         for step, (depth, place) in find_scuffs(problem, motion).items()
     ]
     for segment in motion.segments:
         if not worst(np.abs(_height(terrain, segment.q[CONTACT]))) <= ON_GROUND:
-            reasons.append(f"the stance foot of step {segment.step + 1} leaves its piece of the terrain")
+            reasons.append(f"the stance foot of steps[{segment.step}] leaves its piece of the terrain")
     for jump in motion.jumps:
         if not worst(np.abs(_height(terrain, jump.q_next[CONTACT][:, None]))) <= ON_GROUND:
-            reasons.append(f"the touchdown of step {jump.step + 1} is not on the terrain")
+            reasons.append(f"the touchdown of steps[{jump.step}] is not on the terrain")
     return reasons
 
 

@@ -132,7 +132,7 @@ def report_growth(growth: float) -> tuple[str, ...]:
         return ()
     return (
         f"an error at the end of a slip is {growth:.1e} times as large after the touchdown, so rounding errors exceed "
-        f"the accuracy of a replay; try another sequence, speed or step_length, or smaller torque limits.",
+        f"the tolerance of a replay; try another sequence, speed or step_length, or smaller torque limits.",
     )
 
 

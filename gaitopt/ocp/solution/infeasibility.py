@@ -248,7 +248,7 @@ class _Search:
             return self._report_failure()
         if not gait.solver.conflicts:
             return None
-        message = f"{gait.solver.message} with the free parameters at their start"
+        message = f"{gait.solver.message} with the free parameters at their initial values"
         return failure.with_failure(Status.INFEASIBLE, message, gait.solver.conflicts, seconds=self._seconds())
 
     def _conclude_without_result(self) -> Gait:

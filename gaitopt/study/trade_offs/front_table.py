@@ -207,10 +207,10 @@ def _tabulate_end_costs(front: Front) -> dict[str, Any]:
     No gait of one of these chains is continued from a gait of the other, in contrast to the last chains.
     """
     table = {}
-    for kind, end in (("forward", "loose"), ("backward", "tight")):
+    for kind, end in (("forward", "end of lowest cost"), ("backward", "end with the tightest bound")):
         gaits = [front.gait(index, f"{kind}-return") for index in front.grid.points()]
         costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
-        text = f"cost before refinement, continued from the {end} end and back"
+        text = f"cost before refinement, warm-started from the {end} to the other and back"
         table[f"{kind}_cost"] = ("point", costs, {"units": _unit(front, front.quantities[0]), "long_name": text})
     return table
 
