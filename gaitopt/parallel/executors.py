@@ -1,8 +1,11 @@
 """Executors of tasks: processes of this machine, or an executor that the user provides."""
 
+import contextlib
+import logging
 import os
 from abc import ABC, abstractmethod
-from concurrent.futures import BrokenExecutor, Executor, Future
+from collections.abc import Iterable
+from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError, wait
 from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
     from loky import ProcessPoolExecutor
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+POLL_INTERVAL = 0.1
+"""Time between two checks of whether anything still completes the tasks [s]."""
 
 _STARTS = 3
 """Attempts to start workers that survive until their first task."""
@@ -35,6 +41,10 @@ class TaskExecutor(ABC):
     @abstractmethod
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Submit a task; raises BrokenExecutor if a worker has died."""
+
+    @abstractmethod
+    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+        """Fail the tasks that nothing completes any more, as if their workers had died."""
 
     @abstractmethod
     def restart(self) -> None:
@@ -86,6 +96,18 @@ class LocalProcesses(TaskExecutor):
         with block_interrupts():  # workers start with the first task
             return self._pool.submit(call_in_worker, self._work, self._digest, argument, needed)
 
+    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+        """Fail the tasks of a pool whose manager thread has ended, as it may with insufficient memory.
+
+        The thread alone passes results on; without it, all tasks would be waited for indefinitely.
+        """
+        manager = getattr(self._pool, "_executor_manager_thread", None)
+        if manager is None or manager.is_alive():
+            return
+        for future in futures:
+            with contextlib.suppress(InvalidStateError):  # it was completed at the last moment
+                future.set_exception(BrokenExecutor("the thread that manages the workers has ended"))
+
     def restart(self) -> None:
         """Replace the workers; raises GaitoptError if they die before they do any task."""
         for _ in range(_STARTS):
@@ -94,6 +116,8 @@ class LocalProcesses(TaskExecutor):
             try:
                 with block_interrupts():
                     first = self._pool.submit(os.getpid)
+                while not wait([first], POLL_INTERVAL).done:
+                    self.fail_abandoned([first])
                 first.result()
                 return
             except BrokenExecutor:
@@ -111,6 +135,8 @@ class LocalProcesses(TaskExecutor):
     def _start_pool(self) -> "ProcessPoolExecutor":
         from loky import ProcessPoolExecutor
 
+        # That a pool has failed is reported by the error of its tasks, and not by a traceback besides.
+        logging.getLogger("concurrent.futures").addFilter(_is_no_failure_of_a_pool)
         return ProcessPoolExecutor(
             self._workers,
             initializer=init_worker,
@@ -148,6 +174,9 @@ class ExternalExecutor(TaskExecutor):
         future.add_done_callback(self._pending.discard)
         return future
 
+    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+        """Do nothing: the executor of the user completes its tasks."""
+
     def restart(self) -> None:
         """Do nothing for a Dask scheduler, which replaces its workers; raise GaitoptError for any other executor."""
         if self._dask is None:
@@ -160,6 +189,10 @@ class ExternalExecutor(TaskExecutor):
         """Cancel the tasks that have not begun; the executor remains open."""
         for future in list(self._pending):
             future.cancel()
+
+
+def _is_no_failure_of_a_pool(record: logging.LogRecord) -> bool:
+    return not record.getMessage().startswith("Exception in executor manager thread")
 
 
 def _worker_environment() -> dict[str, str]:

@@ -9,12 +9,9 @@ from typing import Any, Protocol
 
 from gaitopt.interrupts import InterruptRecord, hold_interrupt, record_interrupts
 from gaitopt.parallel.execution import Execution, TaskObserver
-from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses, TaskExecutor
+from gaitopt.parallel.executors import POLL_INTERVAL, ExternalExecutor, LocalProcesses, TaskExecutor
 from gaitopt.parallel.shared_payload import Work
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
-
-POLL_INTERVAL = 0.1
-"""Time between two checks of the workers and of interrupts while tasks are under way [s]."""
 
 Meanwhile = Callable[[Callable[[], None]], object]
 """Called with a function that raises KeyboardInterrupt after a Ctrl-C."""
@@ -237,6 +234,7 @@ def _wait(
         if not now.not_done or (until == FIRST_COMPLETED and now.done):
             return now.done
         executor.capacity()  # raises if no worker is left
+        executor.fail_abandoned(now.not_done)
 
 
 def _lost_its_worker(future: Future) -> bool:

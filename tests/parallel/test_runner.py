@@ -137,6 +137,27 @@ def test_workers_that_die_at_their_start_end_the_study():
         results(works.add, chain(2), 0, execution=Execution(workers=2, prepare=works.end_process))
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_pool_whose_manager_ends_is_replaced(monkeypatch, capfd, count):
+    """Without memory the manager of the first pools fails, and so does its attempt to report this to the tasks."""
+    from loky.process_executor import _ExecutorManagerThread as Manager
+
+    run, pools = Manager._run_loop, []
+
+    def fail(manager, *_):
+        raise MemoryError
+
+    def run_later_ones(manager):
+        pools.append(manager)
+        (fail if len(pools) <= count else run)(manager)
+
+    monkeypatch.setattr(Manager, "_run_loop", run_later_ones)
+    monkeypatch.setattr(Manager, "terminate_broken", lambda *_: None)
+    assert results(works.add, chain(4), 0, execution=TWO) == results(works.add, chain(4), 0)
+    assert len(pools) > count
+    assert "Exception in executor manager thread" not in capfd.readouterr().err
+
+
 def test_a_full_disk_is_reported(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
