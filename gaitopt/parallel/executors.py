@@ -43,7 +43,7 @@ class TaskExecutor(ABC):
         """Submit a task; raises BrokenExecutor if a worker has died."""
 
     @abstractmethod
-    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+    def fail_lost_tasks(self, futures: Iterable[Future]) -> None:
         """Fail the tasks that nothing completes any more, as if their workers had died."""
 
     @abstractmethod
@@ -96,7 +96,7 @@ class LocalProcesses(TaskExecutor):
         with block_interrupts():  # workers start with the first task
             return self._pool.submit(call_in_worker, self._work, self._digest, argument, needed)
 
-    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+    def fail_lost_tasks(self, futures: Iterable[Future]) -> None:
         """Fail the tasks of a pool whose manager thread has ended, as it may with insufficient memory.
 
         The thread alone passes results on; without it, all tasks would be waited for indefinitely.
@@ -117,7 +117,7 @@ class LocalProcesses(TaskExecutor):
                 with block_interrupts():
                     first = self._pool.submit(os.getpid)
                 while not wait([first], POLL_INTERVAL).done:
-                    self.fail_abandoned([first])
+                    self.fail_lost_tasks([first])
                 first.result()
                 return
             except BrokenExecutor:
@@ -174,7 +174,7 @@ class ExternalExecutor(TaskExecutor):
         future.add_done_callback(self._pending.discard)
         return future
 
-    def fail_abandoned(self, futures: Iterable[Future]) -> None:
+    def fail_lost_tasks(self, futures: Iterable[Future]) -> None:
         """Do nothing: the executor of the user completes its tasks."""
 
     def restart(self) -> None:

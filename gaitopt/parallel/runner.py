@@ -234,7 +234,7 @@ def _wait(
         if not now.not_done or (until == FIRST_COMPLETED and now.done):
             return now.done
         executor.capacity()  # raises if no worker is left
-        executor.fail_abandoned(now.not_done)
+        executor.fail_lost_tasks(now.not_done)
 
 
 def _lost_its_worker(future: Future) -> bool:
