@@ -84,6 +84,7 @@ def engine_named(name: str = "auto", law: Law | None = None, robot: Robot | None
     raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
 
 
+@check_arguments
 def planar_engine_named(name: str = "auto") -> "PlanarEngine":
     """Return the engine of robots with several contacts by name: ``"heyoka"``, or ``"scipy"`` (also ``"auto"``).
 
