@@ -89,8 +89,8 @@ class Stop(Enum):
         "force, and it cannot leave the ground. Use a finite coefficient of friction."
     )
     AMBIGUOUS = (
-        "Several motions satisfy the friction law here, such as a foot that sticks and one that leaves the ground if "
-        "friction is large; the simulation ends there."
+        "Several motions satisfy the friction law here, such as one in which a foot sticks and one in which it leaves "
+        "the ground if friction is large; the simulation ends there."
     )
     STUMBLED = (
         "A foot hit the vertical face of a step in the ground, or slid onto ground of infinite friction; the "

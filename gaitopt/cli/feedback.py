@@ -33,6 +33,7 @@ from gaitopt.cli.options import (
     Source,
     StanceAngle,
     TorqueLimit,
+    TunableLaw,
     Verbose,
     Workers,
 )
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
 def tune(
     file: Source,
     problem: RobotScript = None,
-    law: LawName = "lqr",
+    law: TunableLaw = "lqr",
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
     sensitivity: Sensitivity = False,

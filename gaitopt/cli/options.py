@@ -202,6 +202,15 @@ LawName = Annotated[
         "(tune -o); or feedforward.",
     ),
 ]
+TunableLaw = Annotated[
+    str,
+    typer.Option(
+        "--law",
+        metavar="NAME|FILE",
+        help=f"Feedback law: {', '.join(LAWS)}; SCRIPT.py:FUNCTION for a custom law; or a file of tuned gains "
+        "(tune -o).",
+    ),
+]
 GainsOutput = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="JSON", help="File for the tuned gains; --law accepts this file."),

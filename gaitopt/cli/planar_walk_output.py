@@ -57,11 +57,11 @@ def simulate_planar_walk(
     chosen, robot = planar_engine_named(engine), problem.robot
     for name in changes:
         if name not in robot.state_names:
-            raise InputError(f"--state names {name!r}. {suggest(name, robot.state_names)}")
+            raise InputError(f"--state: there is no coordinate {name!r}. {suggest(name, robot.state_names)}")
     ground = {**problem.parameters, "terrain": terrain}
     cycle = next(problem.search(STARTS, engine=chosen), None)
     if cycle is None:
-        raise InputError("No periodic gait was found to begin with; try another slope, friction or state.")
+        raise InputError("No periodic gait was found as the start of the walk; try another slope, friction or state.")
     first = cycle.motion.segments[0]
     q, v, modes = first.q[:, 0], first.v[:, 0], first.state.modes
     if changes:

@@ -264,7 +264,7 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
             part.attrs["rows"] = json.dumps(table.rows)
             part.attrs["keys"] = json.dumps(table.keys)
             for field in ("values", "multipliers"):
-                part.create_dataset(field, data=getattr(table, field)).attrs["unit"] = "SI, of each row its own"
+                part.create_dataset(field, data=getattr(table, field)).attrs["unit"] = "SI unit of each row"
 
 
 def _read_solution(group: h5py.Group) -> Solution:

@@ -92,7 +92,8 @@ class Penetration:
     def describe_touchdown(self) -> str:
         """Return the clause, the end of the swing, and the remedy."""
         height = 1000 * max(self.rise, 0.0)
-        end = f"touches down from a height of {height:.2g} mm" if self.lands else "remains below it"
+        rises = f"rises only {height:.2g} mm above it, not more than this depth, before it touches down"
+        end = rises if self.lands else "remains below it"
         return (
             f"{self.describe()}, and then {end}: a touchdown from below is invalid. Use a larger threshold in `armed` "
             "of the contact, or change PlanarLimits.clearance, step length or speed"

@@ -91,7 +91,7 @@ def _write_table(group: h5py.Group, name: str, table: dict[str, Array]) -> None:
     """Write quantities of K states each as one dataset, (rows, K), with the name and number of rows of each."""
     rows = {key: np.atleast_2d(values) for key, values in table.items()}
     dataset = group.create_dataset(name, data=np.vstack(list(rows.values())))
-    dataset.attrs["unit"] = "SI, of each row its own"
+    dataset.attrs["unit"] = "SI unit of each row"
     dataset.attrs["rows"] = json.dumps({key: None if table[key].ndim == 1 else len(rows[key]) for key in table})
 
 

@@ -209,7 +209,7 @@ def _energy(gait: AnyGait) -> Element:
 
 
 def _stability(gait: AnyGait) -> Element:
-    """Return the multipliers of the torques replayed in open loop, or the reason why they are missing."""
+    """Return the multipliers of the gait with its torques replayed, or the reason why they are missing."""
     title = "Multipliers, torques replayed"
     try:
         cycle = assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)

@@ -37,6 +37,16 @@ def run(capsys, *arguments):
     return end.value.code, capsys.readouterr()
 
 
+def test_the_help_of_tune_lists_only_laws_with_gains(capsys):
+    def law_of(command):
+        _, text = run(capsys, command, "--help")
+        return text.out.partition("--law")[2].partition("--torque-limit")[0]
+
+    assert "joint_pd" in law_of("tune")
+    assert "feedforward" not in law_of("tune")
+    assert "feedforward" in law_of("push")
+
+
 def test_stability_under_a_law(capsys):
     code, text = run(capsys, "stability", GAIT, "--law", "computed-torque", "--gain", "damping=12", "--json")
     assert code == 0

@@ -125,7 +125,7 @@ def test_a_changed_state_stands_on_the_foot(capsys):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--state", "knee=0.1"], "--state names 'knee'. Known: x, y"),
+        (["--state", "knee=0.1"], "--state: there is no coordinate 'knee'. Known: x, y"),
         (["--state", "a=steep"], "--state must have the form NAME=NUMBER"),
         (["--engine", "heyoca"], "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (["--steps", "0"], "'--steps'"),

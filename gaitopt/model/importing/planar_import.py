@@ -157,11 +157,11 @@ def _is_planar(joint: ImportedJoint) -> bool:
 
 
 def _root(mechanism: Mechanism) -> ImportedBody:
-    """Return the body that is joined to the ground."""
+    """Return the root body, which has no parent."""
     roots = [body for body in mechanism.bodies if body.parent is None]
     if len(roots) != 1:
         names = ", ".join(repr(body.name) for body in roots) or "none"
-        raise InputError(f"Robot {mechanism.name!r} must have one body that is not joined to another one, got {names}.")
+        raise InputError(f"Robot {mechanism.name!r} must have one root body, which has no parent, got {names}.")
     return roots[0]
 
 

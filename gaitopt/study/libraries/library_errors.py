@@ -103,7 +103,7 @@ class LibraryErrors:
                     LibraryErrors(tuple(known), self.sequence).largest(name),
                     len(self.cells) - len(known),
                 )
-                where = f", without {missing} cells without an optimum" if missing else ""
+                where = f"; {missing} cells have no optimum" if missing else ""
                 lines.append(f"largest {meaning}: {largest:.3g} {unit}{where}")
         return "\n".join(lines)
 

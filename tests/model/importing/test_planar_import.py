@@ -112,7 +112,7 @@ def test_a_file_with_slides_at_its_root_has_no_further_base():
         (HOPPER, {"contacts": {"sole": ("legs", (0, 0, 0))}}, "on body 'legs', which is not in the file. Did you mean"),
         (HOPPER, {"contacts": {"sole": ("leg", (0, 0))}}, "must have three finite coordinates"),
         (HOPPER, {"actuated": ["knee"]}, "actuated names 'knee', which is not a planar joint"),
-        ("<mujoco><worldbody/></mujoco>", {}, "must have one body that is not joined to another one, got none"),
+        ("<mujoco><worldbody/></mujoco>", {}, "must have one root body, which has no parent, got none"),
     ],
 )
 def test_invalid_sources_are_refused(source, changes, message):
