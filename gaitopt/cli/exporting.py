@@ -35,9 +35,7 @@ def plot(
     file: ResultFile,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="PNG/PDF/SVG/HTML", help="File of the figure, or of the page of a diagram."
-        ),
+        typer.Option("--output", "-o", metavar="PNG/PDF/SVG/HTML", help="File of the figure, or of the page."),
     ] = None,
     quantity: Annotated[
         str | None,

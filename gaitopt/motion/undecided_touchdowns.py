@@ -123,7 +123,7 @@ def find_undecided_touchdowns_of_parts(
             rows = [(sampled[number][0], sampled[number][1][i], sampled[number][2][i]) for number in numbers]
             swing = []
             for place, at_arming, begin, end in _list_spans(rows):
-                curve = _Curve(robot, values, parts[numbers[place]], terrain, i)
+                curve = _GapCurve(robot, values, parts[numbers[place]], terrain, i)
                 time = curve.locate_arming(begin, end) if at_arming else curve.locate_least_gap(begin, end)
                 gap = curve.gap(time)
                 if abs(gap) < GRAZING and (at_arming or curve.arming(time) > 0):
@@ -150,7 +150,7 @@ def _list_spans(rows: Sequence[tuple[Array, Array, Array]]) -> Iterator[tuple[in
                 yield place, at_arming, float(time[first]), float(time[k + 1])
 
 
-class _Curve:
+class _GapCurve:
     """The gap and the arming condition of a contact in a part of a motion, as functions of time."""
 
     def __init__(
