@@ -23,7 +23,7 @@ def test_the_strike_is_ambiguous_if_friction_permits_the_foot_to_stick(friction,
     )
     rollout = simulate_planar(walk.robot, q, v, parameters, duration=0.4)
     assert (rollout.stop.key == "ambiguous") is ambiguous
-    assert ("a foot that sticks and one that leaves the ground" in rollout.stop.hint) is ambiguous
+    assert ("one in which a foot sticks and one in which it leaves the ground" in rollout.stop.hint) is ambiguous
     if not ambiguous:
         assert rollout.motion.events[0].names[0] == "knee B closes"
         assert rollout.motion.events[0].outcome.mode("foot A").value == "free"
