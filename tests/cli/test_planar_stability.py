@@ -165,7 +165,7 @@ def test_wrong_options_of_an_optimal_gait_get_a_sentence(options, message):
 @pytest.mark.slow
 def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
     script = "problems/compass_double_support.py"
-    settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.4")
+    settings = ("--set", "sequence=foot A stick |", "--set", "single_intervals=8", "--set", "step_length=0.3")
     result = run(
         "sweep", script, "--over", "friction=0.5,0.9", *settings, "-o", tmp_path / "a.nc", "--starts", 1, "--json"
     )

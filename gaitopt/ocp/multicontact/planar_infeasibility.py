@@ -83,8 +83,11 @@ class PlanarElastic(ElasticLimits):
 
         The motion of least excess may nearly stand still, and from there no single limit suffices.  The condition
         `armed` of the robot is treated as a limit; the others of the contact sequence are relaxed if no limit suffices.
-        The names of the relaxed limits are stored in `insufficient` if none suffices.
+        The names of the relaxed limits are stored in `insufficient` if none suffices.  With free parameters none is
+        relaxed: the conclusion for their initial values is sought first.
         """
+        if self.problem.free:
+            return ()
         numbers = sorted({side.limit for side in self._elastic.sides})
         conditions = [number for number in numbers if self.limits[number].keeps_fixed]
         armed = [number for number in conditions if self.limits[number].name == ARMED]
