@@ -93,18 +93,30 @@ def check_changes(
             raise SequenceError(
                 f"The sequence {text!r} names {name!r}, which is not a contact. {suggest(name, before)}"
             )
-        if _with_releases(change, before) not in {_with_releases(each, before) for each in actual}:
+        if spell_release(change, before) not in {spell_release(each, before) for each in actual}:
             raise SequenceError(
                 f"{where}, it states {change!r}, but contact {name!r} is in mode {before[name].value!r} before the "
                 f"event and {after[name].value!r} after it."
             )
-    known = {_with_releases(change, before) for change in stated}
-    missing = [change for change in actual if _with_releases(change, before) not in known]
+    known = {spell_release(change, before) for change in stated}
+    missing = [change for change in actual if spell_release(change, before) not in known]
     if missing:
         raise SequenceError(f"{where}, it omits {' & '.join(missing)!r}; the changes are {' & '.join(actual)!r}.")
 
 
-def _with_releases(change: str, before: Mapping[str, Mode]) -> str:
-    """Return a change in which the release of a latched contact has one spelling: a simulation states its opening."""
+def spell_release(change: str, before: Mapping[str, Mode]) -> str:
+    """Return a change with one name for the release of a latched contact, which a simulation states as its opening.
+
+    Parameters
+    ----------
+    change : str
+    before : mapping of str to Mode
+        Modes before the event.
+
+    Examples
+    --------
+    >>> spell_release("knee opens", {"knee": Mode.LATCHED}), spell_release("foot opens", {"foot": Mode.STICK})
+    ('knee released', 'foot opens')
+    """
     name, _, kind = change.rpartition(" ")
-    return f"{name} {RELEASED}" if before[name] is Mode.LATCHED and kind in (OPENS, Mode.CLOSED.value) else change
+    return f"{name} {RELEASED}" if before.get(name) is Mode.LATCHED and kind in (OPENS, Mode.CLOSED.value) else change

@@ -5,6 +5,7 @@ from scipy.interpolate import CubicHermiteSpline
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.stated_changes import spell_release
 
 
 def describe_differences(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> list[str]:
@@ -52,9 +53,12 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
         if number >= len(planned.events):
             return None
         expected = planned.events[number]
-        if set(event.names) == set(expected.names):
+        real, planned_names = (
+            {spell_release(name, dict(each.before.modes)) for name in each.names} for each in (event, expected)
+        )
+        if real == planned_names:
             continue
-        closing = [name for name in robot.contact_names if f"{name} closes" in set(event.names) - set(expected.names)]
+        closing = [name for name in robot.contact_names if f"{name} closes" in real - planned_names]
         gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
         return (
             f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead "

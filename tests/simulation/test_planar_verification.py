@@ -9,6 +9,7 @@ import pytest
 from gaitopt import Collocation, Margins, verify
 from gaitopt.errors import InputError
 from gaitopt.model import monopod, vertical_hopper
+from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait_summary import find_depths
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
@@ -158,3 +159,19 @@ def test_the_replay_of_a_soft_touchdown_states_its_reason_and_its_whole_sequence
     assert other == "the replay has the contact sequence 'foot A stick |' instead of 'foot A stick >'"
     assert "Unless the reasons of the replay state another remedy" in failed.status.hint
     assert not any("soft" in text for text in verify_planar(gait).verification.reasons)
+
+
+def test_the_release_of_a_latched_contact_has_two_names_and_is_no_difference():
+    """A plan states that a latched knee is released, a simulation that it opens."""
+    robot = vertical_hopper()
+    walked = simulate_planar(robot, [0.7, 0.2], [0, 0], {}, until="sole opens").motion
+    (event, *others), latch = walked.events, robot.contact_names[0]
+    before = ContactState.of({name: "latched" if name == latch else "free" for name in robot.contact_names})
+    first = replace(event, names=(f"{latch} opens",), before=before)
+    simulated = replace(walked, events=(first, *others))
+    planned = replace(walked, events=(replace(first, names=(f"{latch} released",)), *others))
+    assert describe_first_difference(robot, planned, simulated) is None
+    closed = replace(walked, events=(replace(first, names=(f"{latch} closed",)), *others))
+    assert describe_first_difference(robot, planned, closed) is None
+    other = replace(walked, events=(replace(first, names=("sole closes",)), *others))
+    assert "'sole closes'" in describe_first_difference(robot, planned, other)
