@@ -13,7 +13,7 @@ SLOPE = math.degrees(0.009)
 
 
 def problem(
-    foot_mass=1e-4,  # ratio of a foot's mass to that of the hip; state and multipliers differ by about as much
+    foot_mass=1e-4,  # foot mass / hip mass; state and multipliers differ from the massless limit by about as much
     slope=SLOPE,  # downhill [deg]
     friction=math.inf,  # Coulomb coefficient
     sequence=None,  # contact sequence such as "stick | stick"; None for all gaits that are found

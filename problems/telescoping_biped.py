@@ -1,6 +1,6 @@
 """Point mass on two telescoping legs that walks or runs with the least positive work.
 
-The legs push as hard as `force_limit`.  For a large limit and light feet the work tends to that of the impulsive gaits
+Leg forces are at most `force_limit`.  For a large limit and light feet the work tends to that of the impulsive gaits
 of Srinivasan & Ruina (Nature 439, 2006): P^2 / 2 per step and unit mass with the push-off P = w tan(al) of the inverted
 pendulum, or P = D g / (2 U) of the run.  Solve it with ``gaitopt solve problems/telescoping_biped.py``, the run with
 ``--set sequence="foot A stick > flight |" --set speed=1.2 --set step_length=1``.  With ``--set impulse_limit=1`` the

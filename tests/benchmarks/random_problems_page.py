@@ -82,7 +82,10 @@ def summarise(results, best):
             right = sum(is_right(reported[n]["estimate"], truth) for n, truth in known.items())
             lines.append(f"- estimate within a factor of {FACTOR} of the {text_of_truth}: {right} of {len(known)}")
     seconds = np.quantile([row["processor_seconds"] - row["build_seconds"] for row in rows.values()], (0.5, 0.9))
-    lines.append(f"- processor time without building: median {seconds[0]:.2f} s, 90 % quantile {seconds[1]:.2f} s")
+    median, quantile = seconds
+    lines.append(
+        f"- processor time without the construction of the NLPs: median {median:.2f} s, 90 % quantile {quantile:.2f} s"
+    )
     return "\n".join(lines)
 
 
