@@ -1,7 +1,6 @@
 """Compass biped whose legs' centre of mass and hip mass are optimised together with its gait.
 
-Run it with ``gaitopt solve problems/compass_design.py`` or ``gaitopt design problems/compass_design.py``. The figure
-shows the mean squared torques of gaits whose two parameters are fixed, and the optimum.
+Run it with ``gaitopt solve problems/compass_design.py`` or ``gaitopt design problems/compass_design.py``.
 """
 
 from gaitopt import GaitProblem, Limits, compass_biped

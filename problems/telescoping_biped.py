@@ -2,7 +2,8 @@
 
 Leg forces are at most `force_limit`.  For a large limit and light feet the work tends to that of the impulsive gaits
 of Srinivasan & Ruina (Nature 439, 2006): P^2 / 2 per step and unit mass with the push-off P = w tan(al) of the inverted
-pendulum, or P = D g / (2 U) of the run.  Solve it with ``gaitopt solve problems/telescoping_biped.py``, the run with
+pendulum (w: speed at touchdown, 2 al: angle between the legs), or P = D g / (2 U) of the run (D: step length, U:
+speed).  Solve it with ``gaitopt solve problems/telescoping_biped.py``, the run with
 ``--set sequence="foot A stick > flight |" --set speed=1.2 --set step_length=1``.  With ``--set impulse_limit=1`` the
 legs of the walk push impulsively: the trailing one just before touchdown and the leading one just after it.
 """

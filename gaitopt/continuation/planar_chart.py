@@ -171,7 +171,7 @@ class ChartAt:
         return np.asarray(self._rows(y[:n], y[n:])[1].reshape(n, -1).T @ y[n:])
 
     def _slope_rows(self, y: Array) -> list[Array]:
-        """Return the derivatives by the state of gaps, normal velocities and slip speeds, shape (n_c, 2 n_q) each."""
+        """Return the derivatives of gaps, normal and slip velocities with respect to the state, (n_c, 2 n_q) each."""
         n = self.chart.robot.n_q
         return [part.reshape(2 * n, -1).T for part in self._slopes(y[:n], y[n:])]
 

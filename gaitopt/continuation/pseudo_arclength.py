@@ -24,8 +24,8 @@ FLOOR = 1e-13
 NEARBY_ITERATIONS = 3
 """Iterations with the derivative with respect to the parameter of a point nearby, before it is computed."""
 SLOW_CONVERGENCE = 0.05
-"""Reduction of the residual in an iteration above which the derivative by the parameter is computed again: its error
-grows with the multipliers."""
+"""Reduction of the residual in an iteration above which the derivative with respect to the parameter is computed again:
+its error grows with the multipliers."""
 LONGEST_NEWTON_STEP = 1.0
 """Scaled Newton step above which the correction is abandoned."""
 
@@ -73,7 +73,7 @@ class CurvePoint:
     value : float
     sample : MapSample
     derivative : (n, n + 1) array
-        Derivative of the residual by (z, value).
+        Derivative of the residual with respect to (z, value).
     multipliers : (n_m,) complex array
     tangent : (n + 1,) array
         Unit tangent in scaled coordinates, in the direction of the continuation.
@@ -163,7 +163,7 @@ class Stepper:
         guess, normal : (n + 1,) arrays
             In scaled coordinates.
         by_value : (n,) array, optional
-            Derivative of the residual by the parameter at a point nearby, for the first iterations.
+            Derivative of the residual with respect to the parameter at a point nearby, for the first iterations.
         near : sequence of CurvePoint
             Points so close that this derivative is the same at all points of their structure.
         """

@@ -19,8 +19,8 @@ class GainMatrix:
     first : int
         Row of the table with the first entry of the matrix.
     slope : int or None
-        Row of the table with the first entry of its derivative by the clock [1/s]; None if the matrix is constant
-        within each piece.
+        Row of the table with the first entry of its derivative with respect to the clock [1/s]; None if the matrix
+        is constant within each piece.
 
     Examples
     --------

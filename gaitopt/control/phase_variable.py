@@ -134,7 +134,8 @@ def _check_increasing(plan: Reference, index: int, name: str) -> None:
 def _planned_times(plan: Reference, index: int, times: Array) -> tuple[Array, Array]:
     """Return the angles at the times, (K + 1,), and the coefficients of the time in each interval, (6, K).
 
-    The polynomials match the time and its first two derivatives by the angle, 1 / w and -a / w^3, at both ends.
+    The polynomials match the time and its first two derivatives with respect to the angle, 1 / w and -a / w^3, at both
+    ends.
     """
     pieces = np.searchsorted(plan.breakpoints, times[:-1], side="right") - 1
     ends = [_angle_at(plan, index, pieces, at) for at in (times[:-1], times[1:])]

@@ -41,8 +41,8 @@ def push_off(
 
     The push-off has four discrete states.  It is *waiting* after the touchdown, *ready* once the swing leg moves
     forward, and *pushing* from the instant of retraction, at which the rate of the swing leg changes its sign, until
-    the duration has passed or the foot touches down.  With the trigger ``"touchdown"`` it pushes from the start of the
-    step.
+    the duration has passed or the foot touches down; then it is *done* until the next touchdown.  With the trigger
+    ``"touchdown"`` it pushes from the start of the step.
 
     Parameters
     ----------

@@ -247,7 +247,7 @@ def saturate_control(control: ca.Function) -> ca.Function:
 
 
 def control_slope(control: ca.Function, slide: int) -> ca.Function:
-    """Return (clock, y, data) -> (n_u, n_y) Function: derivative of a law's torque before its limits by the state."""
+    """Return (clock, y, data) -> derivative of a law's torque without limits with respect to the state, (n_u, n_y)."""
     torque, clock, y, data = torque_in_state(control, slide)
     return ca.Function("slope", [clock, y, data], [ca.jacobian(torque, y)])
 

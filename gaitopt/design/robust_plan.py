@@ -50,7 +50,7 @@ class RobustPlan:
     selected : tuple of Scenario
         Scenarios that were added, the most violated one in each round.
     violated : Walk or None
-        The worst walk among the candidates that is not survived; None if the plan is robust.
+        The worst walk in the candidate scenarios that are not survived; None if the plan is robust.
     survived : int
         Number of candidate scenarios that the gait survives.
 

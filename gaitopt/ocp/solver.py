@@ -110,8 +110,8 @@ def solve(
     -------
     Gait or PlanarGait
         A numerical failure raises no exception: check ``gait.status``, then :func:`gaitopt.verify` the gait.  The file
-        of a failed solve contains the problem, which ``gaitopt solve FILE`` or
-        :func:`gaitopt.ocp.restore_problem` repeats.
+        of a failed solve contains the problem, which ``gaitopt solve FILE`` solves again and
+        :func:`gaitopt.ocp.restore_problem` returns.
 
     Raises
     ------

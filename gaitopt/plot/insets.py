@@ -87,8 +87,8 @@ class ForceDiagram:
 class FootGlass:
     """An enlarged view of a foot, centred on the place where the foot landed, with a ruler in mm.
 
-    With a round foot the glass rolls along, so that the ruler shows the slide alone.  Of several feet it shows the one
-    that slides the furthest.
+    With a round foot the view moves with the rolling, so that the ruler shows the slide alone.  Of several feet it
+    shows the one that slides the furthest.
 
     Parameters
     ----------

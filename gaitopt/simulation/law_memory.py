@@ -1,7 +1,7 @@
 """The memory of a law along a walk: values latched at the touchdown and at the law's events.
 
 Several events may occur at one instant, because a guard of the new discrete state may be negative from its beginning.
-Resets are then applied until no guard is negative, so that every event time of a walk is differentiable by the state
+Resets are then applied until no guard is negative, so that every event time of a walk is differentiable in the state
 that causes the event.
 """
 
@@ -81,7 +81,7 @@ class LawMemory:
         return np.concatenate((y[: 2 * n], values[count * event : count * (event + 1)]))
 
     def _apply_events(self, clock: float, y: Array) -> tuple[Array, Array, Array]:
-        """Return the state after all events with a negative guard, and its derivatives by the state and the clock."""
+        """Return the state after all events with a negative guard, and its derivatives in state and clock."""
         matrix, drift = np.eye(y.size), np.zeros(y.size)
         for _ in range(MAX_EVENTS):
             values = self._guards(clock, y, self._law.data(clock, y))[0]

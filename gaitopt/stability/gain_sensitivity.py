@@ -116,7 +116,7 @@ def gain_sensitivity(
 
 
 def latch_gains(law: Law, names: Sequence[str]) -> Law:
-    """Return the same law with some gains as its last latched values, so that derivatives by them are computed."""
+    """Return the same law with some gains as its last latched values, for derivatives with respect to them."""
     rows, known = [law.gains[name] for name in names], law.memory
     inputs, count = inputs_of(law.control, latched=len(rows)), len(known.values)
     entries, varied = ca.vertsplit(inputs.data), inputs.latched[count:]

@@ -87,7 +87,7 @@ def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
 
 
 def default_starts(problem: GaitProblem, count: int) -> list[Guess]:
-    """Return the first `count` starts: the guess of the problem or a line, a passive cycle if any, perturbed lines."""
+    """Return the first `count` starts: guess of the problem or linear guess, passive cycle if any, perturbations."""
     parameters = {**problem.parameters, "slope": abs(problem.values["slope"]) or START_SLOPE}
     cycle = _passive(problem.robot, tuple(parameters.items())) if count > 1 else None
     first = [problem.guess or LinearGuess(), *([] if cycle is None else [FromMotion(cycle, "a passive cycle")])]

@@ -147,7 +147,8 @@ def controller_family_named(
 ) -> ControllerFamily:
     """Return a controller family for a gait by name: one of ``FAMILIES``.
 
-    Bounds of gains follow from the torque limits: a deviation of 0.03 rad or 0.2 rad/s reaches a limit at most.
+    Bounds of gains follow from the torque limits, those of ``"computed_torque"`` from the period.  The largest gains of
+    ``"joint_pd"`` reach the limit at a deviation of 0.03 rad or 0.2 rad/s.
 
     Parameters
     ----------

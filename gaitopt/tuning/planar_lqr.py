@@ -93,7 +93,7 @@ def planar_step_lqr(
 ) -> PlanarLaw:
     """Return the linear-quadratic law of a planar gait's return map: torques added in equal windows of each period.
 
-    The gains follow from the exact derivatives of the return map by the state and by the added torques.
+    The gains follow from the exact derivatives of the return map with respect to the state and the added torques.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def planar_step_lqr(
 
 @functools.lru_cache(maxsize=4)
 def _assess_windows(gait: PlanarGait, law: PlanarLaw | None, actuators: tuple[str, ...], windows: int) -> PlanarCycle:
-    """Return the gait under a law with zero added torques, with the derivatives of its return map by these torques."""
+    """Return the gait with zero added torques, and the derivatives of its return map with respect to them."""
     n = 2 * gait.robot.n_q
     return assess_planar(
         gait, _add_feedback(gait, law, actuators, np.zeros(n), np.zeros((windows * len(actuators), n)))

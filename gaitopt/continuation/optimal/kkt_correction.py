@@ -43,7 +43,7 @@ class CurveCondition:
     ----------
     residual : KktLinearisation -> float
     slopes : KktLinearisation -> ((k,) array, float)
-        Derivatives of the residual by the packed vector and by the parameter.
+        Derivatives of the residual with respect to the packed vector and the parameter.
     """
 
     residual: Callable[[KktLinearisation], float]

@@ -137,14 +137,14 @@ class KktLinearisation:
 
     @cached_property
     def slopes(self) -> DataSlopes:
-        """Derivatives by the parameter through the data alone."""
+        """Derivatives with respect to the parameter through the data alone."""
         return self.nlp.system.differentiate_by_data(
             self.point.x, self.point.multipliers, self.data, self.nlp.data.slope
         )
 
     @cached_property
     def by_value(self) -> tuple[Array, Array]:
-        """Derivatives of slope and rows by the parameter, with the fixed unknowns moving with their bounds."""
+        """Derivatives of slope and rows with respect to the parameter; the fixed unknowns move with their bounds."""
         moves = np.where(self.active.fixed, self.bound_slope[: self.nlp.size], 0.0)
         slope, g = self.slopes.slope, self.slopes.g
         if np.any(moves):
@@ -153,7 +153,7 @@ class KktLinearisation:
 
     @cached_property
     def matrix(self) -> "csc_matrix":
-        """Derivative of the residuals by the free unknowns and the multipliers of the active rows."""
+        """Derivative of the residuals with respect to the free unknowns and the multipliers of the active rows."""
         active, sparse = self.active, scipy.sparse
         rows = self.jacobian[:, active.free].tocsr()[active.rows]
         hessian = self.hessian[:, active.free][active.free]
@@ -161,7 +161,7 @@ class KktLinearisation:
 
     @cached_property
     def column(self) -> Array:
-        """Derivative of the residuals by the parameter."""
+        """Derivative of the residuals with respect to the parameter."""
         slope, g = self.by_value
         return np.concatenate([slope[self.active.free], (g - self.bound_slope[self.nlp.size :])[self.active.rows]])
 
@@ -186,7 +186,7 @@ class KktLinearisation:
 
     @cached_property
     def by_parameter(self) -> Array:
-        """Derivative of the packed vector by the parameter along the curve; large near a turning point."""
+        """Derivative of the packed vector with respect to the parameter along the curve; large near a turning point."""
         return -self.solve(self.column)
 
     @cached_property
@@ -225,7 +225,7 @@ class KktLinearisation:
 
     @cached_property
     def cost_slope(self) -> float:
-        """Derivative of the optimal cost by the parameter, that of the Lagrangian (envelope theorem)."""
+        """Derivative of the optimal cost with respect to the parameter, that of the Lagrangian (envelope theorem)."""
         on_bounds, on_rows, n = self.bound_multipliers, self.point.multipliers, self.nlp.size
         moves = on_bounds @ self.bound_slope[:n] + on_rows @ self.bound_slope[n:]
         typical = self.nlp.transcription.nlp.typical
@@ -267,7 +267,7 @@ class KktLinearisation:
         return 1 if self.upper[index] - position <= position - self.lower[index] else -1
 
     def differentiate_margin(self, index: int) -> tuple[Array, float]:
-        """Return the derivatives of one margin: by free unknowns and multipliers of active rows, and by the parameter.
+        """Return the derivatives of a margin with respect to free unknowns and active multipliers, and the parameter.
 
         That of an inactive constraint is the slack at its nearer bound.
         """

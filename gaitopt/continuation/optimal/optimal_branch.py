@@ -14,7 +14,9 @@ from gaitopt.motion.summary import plain
 @check_arguments
 @dataclass(frozen=True, eq=False, kw_only=True)
 class OptimalSpecialPoint:
-    """A special point of a branch of optimal gaits: strict complementarity or the second-order conditions fail there.
+    """A special point of a branch of optimal gaits.
+
+    Strict complementarity or the second-order conditions fail there, or the optimal cost is stationary.
 
     Attributes
     ----------

@@ -4,7 +4,7 @@ import casadi as ca
 
 
 def law_slope(control: ca.Function) -> ca.Function:
-    """Return (clock, q, v, latched, slide, data) -> derivatives of the torque by clock, (q, v) and latched values.
+    """Return (clock, q, v, latched, slide, data) -> slopes of the torque with respect to clock, (q, v), latched values.
 
     Examples
     --------
@@ -21,7 +21,7 @@ def law_slope(control: ca.Function) -> ca.Function:
 
 
 def latch_slope(latch: ca.Function) -> ca.Function:
-    """Return (q, v, data) -> derivative of the latched values by (q, v), shape (n_l, 2 n_q).
+    """Return (q, v, data) -> derivative of the latched values with respect to (q, v), shape (n_l, 2 n_q).
 
     Examples
     --------

@@ -83,7 +83,7 @@ class ImpactLaw(ABC):
 class PlasticFrictional(ImpactLaw):
     """Rigid, plastic impact with Coulomb friction.
 
-    With the impulse L at the landing contact,
+    With the impulse (Lambda_t, Lambda_n) at the landing contact,
 
         0 <= Lambda_n  _|_  v_n+ >= 0
         Lambda_t = a - b

@@ -93,7 +93,7 @@ def solve_multicontact_impact(
 ) -> ImpactOutcome:
     """Solve the impact of all closed and closing contacts by enumeration of its outcomes.
 
-    With M (v+ - v-) = sum(W' L), each contact sticks, slips in either direction or is left without impulse,
+    With M (v+ - v-) = sum(W' Lambda), each contact sticks, slips in either direction or is left without impulse,
 
         0 <= Lambda_n  _|_  v_n+ >= 0        abs(Lambda_t) <= mu Lambda_n, opposite to v_t+ where it slips,
 

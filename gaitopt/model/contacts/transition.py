@@ -107,7 +107,7 @@ class Transition(ABC):
 
     @abstractmethod
     def reset(self, slip_rate: int, size: int) -> np.ndarray:
-        """Return the derivative of the state after by the state before, shape (size, size).
+        """Return the derivative of the state after with respect to the state before, shape (size, size).
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shi
     before, after : (n_y,), (n,) arrays
         Flow f- before and f+ after the transition; f+ is zero at the section itself, where time is reset.
     time_shift : (n_y,) array
-        Derivative of the instant of the transition by the state.
+        Derivative of the instant of the transition with respect to the state.
 
     Examples
     --------

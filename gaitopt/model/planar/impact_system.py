@@ -19,7 +19,7 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 
 @functools.lru_cache(maxsize=256)
 def impact_slope(robot: PlanarRobot, outcome: ContactState) -> ca.Function:
-    """Return (q, v, P, p) -> velocity after the impact (n_q), its derivatives by q and by v, shape (n_q, n_q) each.
+    """Return (q, v, P, p) -> velocity after the impact (n_q), its derivatives with respect to q and v, (n_q, n_q) each.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def impact_slope(robot: PlanarRobot, outcome: ContactState) -> ca.Function:
 
 @functools.lru_cache(maxsize=64)
 def contact_slopes(robot: PlanarRobot) -> ca.Function:
-    """Return (q, v, p) -> derivatives by (q, v) of gaps, their rates and the slip speeds, shape (n_c, 2 n_q) each.
+    """Return (q, v, p) -> derivatives with respect to (q, v) of gaps, their rates and slip speeds, (n_c, 2 n_q) each.
 
     Examples
     --------

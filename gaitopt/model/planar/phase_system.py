@@ -89,7 +89,7 @@ class PhaseSystem(NamedTuple):
         Work rates are the power of each actuator, the friction loss rate of each contact and that of the dampers [W].
         Forces are (f_t, f_n) of each contact; the tangential force of a sticking body is that of its first contact.
     system_slope : (q, v, u, z, p) -> dR/d(q, v) (n_z, 2 n_q), dR/du (n_z, n_u)
-    guard_slope : (q, v, u, z, p) -> derivatives of the guards by (q, v), by u and by z
+    guard_slope : (q, v, u, z, p) -> derivatives of the guards with respect to (q, v), u and z
     constraints : (q, v, p) -> positions (m), rows (m, n_q)
         Gaps of the closed contacts and slide coordinates of the sticking bodies, and their Jacobian.
     """

@@ -40,7 +40,7 @@ def assemble_planar(
     mirror: Mapping[str, str] | None = None,
     drawing: Drawing | None = None,
 ) -> PlanarRobot:
-    """Assemble a planar robot whose contacts are free, stick or slip one by one.
+    """Assemble a planar robot, each contact of which is free, sticks or slips.
 
     Parameters
     ----------

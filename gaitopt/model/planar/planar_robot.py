@@ -24,7 +24,7 @@ from gaitopt.parameters import Parameter, as_vector, resolve
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlanarRobot(LazyRecord):
-    """A planar robot whose contacts are free, stick or slip one by one.  Build one with `assemble_planar`.
+    """A planar robot, each contact of which is free, sticks or slips.  Build one with `assemble_planar`.
 
     The equations of motion are M(q) a + h(q, v) = E u + sum of W_n^T f_n + W_t^T f_t over the closed contacts, with
     W_n = d gap/dq and W_t = d slide/dq.  Functions take q (n_q), v (n_q) and the vector p of parameters and switches.

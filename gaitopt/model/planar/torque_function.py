@@ -24,7 +24,7 @@ def passive_torque(robot: PlanarRobot) -> ca.Function:
 
 @functools.lru_cache(maxsize=64)
 def torque_slope(torque: ca.Function) -> ca.Function | None:
-    """Return (t, q, v) -> derivatives of a torque by t, q and v as dense matrices; None if it is constant.
+    """Return (t, q, v) -> derivatives of a torque with respect to t, q and v as dense matrices; None if it is constant.
 
     Examples
     --------

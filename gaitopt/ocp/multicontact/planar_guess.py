@@ -153,7 +153,7 @@ class PlanarKeyframes(PlanarGuess):
     coordinates : mapping of coordinate to sequence of K floats
         All coordinates of the robot.
     phases : sequence of float, optional
-        Duration of each phase [s]; by default the last time is divided typically.
+        Duration of each phase [s]; by default the last time is divided into typical durations.
 
     Raises
     ------

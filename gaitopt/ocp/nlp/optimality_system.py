@@ -1,10 +1,10 @@
-"""First-order optimality conditions of an NLP as compiled Functions, with their derivatives by unknowns and data.
+"""First-order optimality conditions of an NLP and their derivatives with respect to unknowns and data, compiled.
 
 With multipliers m of the rows and the objective divided by its typical size, the gradient of the Lagrangian is
 
     slope(x, m, z) = grad f(x, z) / typical + J(x, z)' m.
 
-The derivatives by the data z are exact, so that solutions can be continued in any number of the NLP.
+The derivatives with respect to the data z are exact, so that solutions can be continued in any number of the NLP.
 """
 
 import functools

@@ -49,10 +49,10 @@ STICKING = ContactSequence.parse("stick | stick")
 def list_starts(problem: GaitProblem, count: int | None = None) -> list[Guess | GaitProblem]:
     """Return the starts of a problem: guesses, and neighbouring problems whose solutions are guesses.
 
-    By default, a problem with a guess has this one start, one with a smooth objective a line.  Otherwise, the starts
-    are the gait of least squared torques, that of the sticking sequence if the foot slips, and a delayed swing.  One
-    start is the guess of the problem or a line.  Further starts are a line and its random perturbations with fixed
-    seeds.
+    By default, a problem with a guess has this one start, one with a smooth objective the linear guess.  Otherwise, the
+    starts are the gait of least squared torques, that of the sticking sequence if the foot slips, and a delayed swing.
+    One start is the guess of the problem or the linear guess.  Further starts are the linear guess and its random
+    perturbations with fixed seeds.
 
     Parameters
     ----------

@@ -111,14 +111,14 @@ class PlanarPhase:
         return integrator.y if integrator.status == "finished" else np.full(size, np.nan)
 
     def slope(self, t: float, y: Array) -> tuple[Array, Array]:
-        """Return the derivatives of (v, a) by (q, v, latched), shape (2 n_q, 2 n_q + n_l), and by time, (2 n_q,)."""
+        """Return the derivatives of (v, a) with respect to (q, v, latched) and time, (2 n_q, 2 n_q + n_l), (2 n_q,)."""
         n = self.n_q
         by_state, by_time, _, _ = self._derivatives(t, y)
         rates = np.eye(n, by_state.shape[1], n)
         return np.vstack([rates, by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
 
     def torque_effect(self, t: float, y: Array) -> Array:
-        """Return the derivative of (v, a) by the torque, shape (2 n_q, n_u)."""
+        """Return the derivative of (v, a) with respect to the torque, shape (2 n_q, n_u)."""
         n = self.n_q
         u, z = self.solve(t, y)
         inputs = y[:n], y[n : 2 * n], u.copy(), z
@@ -127,7 +127,7 @@ class PlanarPhase:
         return np.vstack([np.zeros((n, by_u.shape[1])), -solve_linear(matrix, by_u)[:n]])
 
     def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
-        """Return the derivatives of a guard by (q, v, latched), shape (2 n_q + n_l,), and by time."""
+        """Return the derivatives of a guard with respect to (q, v, latched), shape (2 n_q + n_l,), and time."""
         n_g = len(self.equations.guards)
         by_state, by_time, torque, inputs = self._derivatives(t, y)
         slopes = self._guard_slope(*inputs)
@@ -136,7 +136,7 @@ class PlanarPhase:
         return direct + by_state.T @ by_z, float(torque.by_time @ by_u + by_time @ by_z)
 
     def _derivatives(self, t: float, y: Array) -> tuple[Array, Array, TorqueSlope, tuple[Array, Array, Array, Array]]:
-        """Return the derivatives of z by (q, v, latched) and by time, those of the torque, and (q, v, u, z)."""
+        """Return the derivatives of z with respect to (q, v, latched) and time, those of the torque, (q, v, u, z)."""
         n = self.n_q
         u, z = self.solve(t, y)
         inputs = y[:n], y[n : 2 * n], u.copy(), z

@@ -45,7 +45,7 @@ class LawState(NamedTuple):
 
 
 class TorqueSlope(NamedTuple):
-    """Derivatives of a torque by the state, shape (n_u, 2 n_q), by time (n_u,) and by latched values (n_u, n_l)."""
+    """Derivatives of a torque with respect to state, (n_u, 2 n_q), time, (n_u,), and latched values, (n_u, n_l)."""
 
     by_state: Array
     by_time: Array
@@ -119,7 +119,7 @@ class TorqueSource(ABC):
         return None
 
     def latched_slope(self, q: Array, v: Array) -> Array:
-        """Return the derivative of the latched values by the state (q, v) at a section, shape (n_l, 2 n_q)."""
+        """Return the derivative of the latched values at a section with respect to the state (q, v), (n_l, 2 n_q)."""
         return np.zeros((0, 2 * len(q)))
 
 

@@ -57,12 +57,13 @@ class Program:
 
 
 class VariationalProgram:
-    """A compiled integrator of the motion and its derivatives by the initial state, for one thread.
+    """A compiled integrator of the motion and its derivatives with respect to the initial state, for one thread.
 
     Parameters
     ----------
     program : Program
-        Integrates some entries of y and, row by row, their derivatives by the initial values of the same entries.
+        Integrates some entries of y and, row by row, their derivatives with respect to the initial values of the same
+        entries.
     n_q, size : int
         Numbers of coordinates and of entries of y.
     """
@@ -91,7 +92,7 @@ class VariationalProgram:
         program.integrator.propagate_until(span[1])
 
     def matrix(self, duration: float) -> Array:
-        """Return the derivative of y by its initial value, (n_y, n_y), after some time.
+        """Return the derivative of y with respect to its initial value, (n_y, n_y), after some time.
 
         Constant entries drift at their rate, which is zero along the path but not for varied initial states.
         """
@@ -134,7 +135,7 @@ def program_with_outputs(robot: Robot, mode: Mode, control: ca.Function, toleran
 def program_with_variations(
     robot: Robot, mode: Mode, control: ca.Function, tolerance: float, thread: int
 ) -> VariationalProgram:
-    """Return the integrator of the motion and its derivatives by the initial state, row by row."""
+    """Return the integrator of the motion and its derivatives with respect to the initial state, row by row."""
     equations, heyoka = mode_equations(to_trigonometric_form(robot), mode, control), heyoka_module()
     entries = _list_influential_entries(equations)
     split, states, (rates,) = _translate(equations, entries, ())

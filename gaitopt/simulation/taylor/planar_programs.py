@@ -100,7 +100,7 @@ def planar_program(flow: PhaseFlow, tolerance: float, thread: int) -> Program:
 @functools.lru_cache(maxsize=128)
 @one_at_a_time
 def planar_variations(flow: PhaseFlow, tolerance: float, thread: int) -> VariationalProgram:
-    """Return the integrator of (q, v, latched) and its derivatives by the initial values, row by row."""
+    """Return the integrator of (q, v, latched) and its derivatives with respect to the initial values, row by row."""
     heyoka, size = heyoka_module(), 2 * flow.n_q + flow.n_l
     t, y, p, data = flow.rates.sx_in()
     rates = ca.Function("flow", [t, y, p, data], [flow.rates(t, y, p, data)[:size]])

@@ -61,7 +61,7 @@ class PlanarCycle:
     basis : (2 n_q, n_z) array
         The basis of the section: a deviation z of the state (q, v) is basis @ z.
     latched_effect : (n_z, n_l) array
-        Derivative of the return map by the latched values of the law.
+        Derivative of the return map with respect to the latched values of the law.
     critical_friction : CriticalFriction or None
         None if a contact slips or none sticks.
     residual : float

@@ -82,7 +82,7 @@ def event_derivative(
 
 
 def _velocity_slope(robot: PlanarRobot, event: PlanarEvent, p: Array) -> Array:
-    """Return the derivative of the velocity after an impact by (q, v) before it, shape (n_q, 2 n_q).
+    """Return the derivative of the velocity after an impact with respect to (q, v) before it, shape (n_q, 2 n_q).
 
     It is the product of those of the impulses of actuators before the impact, of the impact, and of those after it.
     """
