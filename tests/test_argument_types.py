@@ -120,6 +120,9 @@ def test_a_masked_array_is_recognised_while_another_thread_imports_its_module(mo
 def test_limits_of_a_law_are_any_sequence_of_numbers():
     law = push_off(compass_biped(), torque=-9.0, duration=0.1)
     assert limit_torque(law, range(5, 7)).limited
+    for wrong in (np.eye(2), [1.0, 2.0, 3.0], [1.0, -1.0], [1.0, np.nan]):
+        with pytest.raises(InputError, match="limits must be 2 positive numbers"):
+            limit_torque(law, np.array(wrong))
 
 
 def test_a_simulation_has_a_largest_number_of_steps():

@@ -326,6 +326,9 @@ def test_invalid_arguments_are_rejected():
         simulate_planar(robot, [0.5, 0], [0, 0], {}, latched=("knee",))
     with pytest.raises(InputError, match="torque of 'vertical_hopper' must be a Function"):
         simulate_planar(robot, [0.5, 0], [0, 0], {}, torque=ca.Function("f", [ca.SX.sym("t")], [0]))
+    for duration in (-1.0, 1e308):
+        with pytest.raises(InputError, match="duration must be at least 0 and at most 100000"):
+            simulate_planar(robot, [0.5, 0], [0, 0], {}, duration=duration)
     with pytest.raises(InputError, match="An event must be one of sole, full length followed by"):
         simulate_planar(robot, [0.5, 0], [0, 0], {}, until="sole lands")
     with pytest.raises(InputError, match="has no coordinate 'hip'"):

@@ -17,12 +17,15 @@ from gaitopt.model.terrain import Terrain, separate_terrain
 from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.parameters import Parameter
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
 from gaitopt.status import Stop
 
 MAX_EVENTS = 10_000
 """Largest number of events of one simulation."""
+
+DURATION = Parameter("duration", 10.0, "s", "time after which a simulation ends", lower=0.0, upper=1e5)
 
 HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends", "crosses")
 """Second part of the name of an event."""
@@ -83,7 +86,7 @@ def simulate_planar(
         Robot and ground parameters by name; those not named keep their defaults.  ``"terrain"`` may be a
         :class:`~gaitopt.model.Terrain`; a ``Ground`` with one contains it.
     duration : float [s]
-        Time after which the simulation ends.
+        Time after which the simulation ends, at most 1e5 s.
     until : str, optional
         Event at which the simulation ends, such as ``"foot B closes"``.
     torque : Function or PlanarLaw, optional
@@ -98,7 +101,8 @@ def simulate_planar(
     Raises
     ------
     InputError
-        If the state has the wrong shape, is not finite, or a parameter, the event or the torque is invalid.
+        If the state has the wrong shape, is not finite, or a parameter, the duration, the event or the torque is
+        invalid.
 
     Examples
     --------
@@ -107,6 +111,7 @@ def simulate_planar(
     >>> rollout.stop.key, rollout.motion.sequence
     ('event_reached', 'full length latched | sole closed > sole closed |')
     """
+    duration = DURATION.check(duration)
     check_event(robot, until)
     values, terrain = separate_terrain(parameters)
     automaton = PlanarAutomaton(robot, robot.resolve(values), torque, terrain)
