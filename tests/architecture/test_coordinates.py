@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.architecture.conftest import parse
+
 PACKAGE = Path(__file__).parents[2] / "gaitopt"
 MODEL = "model"
 
@@ -36,7 +38,7 @@ def is_dimension(node):
 def positions_of(source):
     """Return line and text of every entry of q, v or (q, v) that is written as a position."""
     found = []
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parse(source)):
         if not isinstance(node, ast.Subscript):
             continue
         name = name_of(node.value)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from gaitopt.cli.app import MODULES, import_commands
+from tests.architecture.conftest import parse
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "gaitopt"
@@ -27,7 +28,7 @@ def modules(package=PACKAGE):
 def imported(name, source, known):
     """Return the known modules that a module imports when it is loaded (not inside functions or for types only)."""
     found = set()
-    for node in module_level(ast.parse(source)):
+    for node in module_level(parse(source)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

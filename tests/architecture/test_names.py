@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.architecture.conftest import parse
+
 PACKAGE = Path(__file__).parents[2] / "gaitopt"
 TEMPLATES = PACKAGE / "cli" / "templates"
 FILES = [path for path in sorted(PACKAGE.rglob("*.py")) if TEMPLATES not in path.parents]
@@ -66,7 +68,7 @@ def test_every_public_function_has_its_own_name(trees):
     [("class A:\n    class _B: ...", ["A", "B"], []), ("def f(): ...\ndef _g(): ...", [], ["f"])],
 )
 def test_names_are_found(source, classes, functions):
-    tree = ast.parse(source)
+    tree = parse(source)
     assert (classes_of(tree), functions_of(tree)) == (classes, functions)
 
 

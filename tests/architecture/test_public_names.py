@@ -84,6 +84,7 @@ from gaitopt import solv
 """
 
 
+@pytest.mark.slow
 def test_type_checkers_know_the_public_names(tmp_path):
     snippet = tmp_path / "snippet.py"
     snippet.write_text(SNIPPET)

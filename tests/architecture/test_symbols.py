@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.architecture.conftest import parse
+
 PACKAGE = Path(__file__).parents[2] / "gaitopt"
 
 SYMBOLIC = {
@@ -36,7 +38,7 @@ def symbols_of(source):
     """Return the lines that make a CasADi symbol, `SX.sym` or `MX.sym`, or take those of a Function, `f.sx_in()`."""
     return [
         node.lineno
-        for node in ast.walk(ast.parse(source))
+        for node in ast.walk(parse(source))
         if isinstance(node, ast.Attribute)
         and (node.attr in TAKEN or (node.attr == "sym" and ast.unparse(node.value).rpartition(".")[2] in {"SX", "MX"}))
     ]
