@@ -31,7 +31,10 @@ COSTLY = (
 """Files whose tests take ten seconds or more; they come first, so that two processes end together."""
 
 
-SLOW_PAGES = "docs/howto/branches.md", "docs/howto/design.md"
+SLOW_PAGES = (
+    *("docs/howto/branches.md", "docs/howto/design.md", "docs/howto/sweeps.md", "docs/howto/open_sequences.md"),
+    "docs/howto/several_contacts.md",
+)
 """Pages whose examples count as slow tests."""
 
 

@@ -77,7 +77,9 @@ def limit_torque(law: Law, limits: Array) -> Law:
         raise InputError(f"The law {law.name!r} already has torque limits.")
     if limits.shape != (law.control.size1_out(0),) or not np.all(limits > 0):
         count = law.control.size1_out(0)
-        raise InputError(f"limits must be {count} positive numbers [N m], one for each actuator, got {limits.tolist()}.")
+        raise InputError(
+            f"limits must be {count} positive numbers [N m], one for each actuator, got {limits.tolist()}."
+        )
     inputs = inputs_of(law.control, data=limits.size)
     table = np.vstack([law.table, np.tile(limits[:, None], law.breakpoints.size)])
     return _rewrite_law(law, inputs, inputs.data[: law.table.shape[0]], table, limited=True)

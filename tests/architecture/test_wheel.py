@@ -37,6 +37,7 @@ def test_the_wheel_holds_types_templates_and_scripts(installed):
         assert not [path for path in files if not (base / path).is_file()]
 
 
+@pytest.mark.slow
 def test_an_installation_lists_and_copies_its_scripts(installed, tmp_path):
     def run(*arguments):
         environment = {**os.environ, "PYTHONPATH": str(installed)}

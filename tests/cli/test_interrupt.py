@@ -57,6 +57,7 @@ def interrupted(script, folder, *arguments, after):
     return process.returncode, out, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("json_", [False, True])
 def test_during_a_solve(script, folder, json_):
     status, out, err = interrupted(script(SLOW_TO_SOLVE), folder, *["--json"] * json_, after=2.0)

@@ -135,6 +135,7 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
 
+@pytest.mark.slow
 def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
     (gait,) = gaits_of(save(hop_gait, tmp_path / "hop.h5"))
     expected = assess_planar(hop_gait)

@@ -57,6 +57,7 @@ def test_no_script_is_needed(command, gait_file, arguments):
         assert "Not assessed" not in (gait_file.parent / "page.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_another_process_needs_no_script(process, gait_file):
     run = process("verify", gait_file, "--json")
     assert run.status == 0, run.err

@@ -280,6 +280,7 @@ def test_a_failed_solve_with_its_own_objective_needs_its_script(command, script)
     assert "the code of AnkleFirst is not in the file" in command("solve", "own_failed.h5").err
 
 
+@pytest.mark.slow
 def test_equal_settings_of_an_own_objective_share_nothing_with_others(command, script):
     """Objectives are distinguished by their fields, so another weight is another NLP."""
     script("SPEED = 0.6\n", "sibling.py")

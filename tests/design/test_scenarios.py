@@ -50,6 +50,7 @@ def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
     assert plan.additional_cost > 0
 
 
+@pytest.mark.slow
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
     robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
     assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())

@@ -71,6 +71,7 @@ def replayed_multipliers(gait, law, step=1e-5):
     return np.abs(np.linalg.eigvals(2 * difference(step / 2) - difference(step)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sequence", "friction"),
     [("stick | stick", 0.14), ("slip+ stick | slip+", 0.14), ("stick slip- | stick", 0.125)],
@@ -131,6 +132,7 @@ def test_an_infeasible_bound_is_named_with_the_radius_of_the_optimum_without_it(
     assert report_radius_conflict(loose, failure, gait) is failure
 
 
+@pytest.mark.slow
 def test_a_bound_of_the_radius_is_added_to_the_conflicts_found_without_it():
     """Without the bound, 1.46 m/s, a leg centre of mass of 1.12 m or 16.6 N m at the hip would suffice."""
     problem = PROBLEM.replace(

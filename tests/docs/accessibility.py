@@ -10,6 +10,7 @@ import http.server
 import shutil
 import sys
 import threading
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 VIEWS = (("light", 1280), ("dark", 390))
@@ -37,8 +38,8 @@ def find_violations(page, excluded=()):
     ]
 
 
-def check_site(site, names=()):
-    """Yield what is wrong with the pages of a site, one line each."""
+def check_site(view, site, names=()):
+    """Return what is wrong with the pages of a site in a view, one line each."""
     from playwright.sync_api import sync_playwright
 
     every = [path.relative_to(site).as_posix() for path in sorted(site.rglob("*.html"))]
@@ -48,10 +49,10 @@ def check_site(site, names=()):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_port}/"
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        for view in VIEWS:
-            yield from check_view(browser, address, names, *view)
+        faults = list(check_view(browser, address, names, *view))
         browser.close()
         server.shutdown()
+    return faults
 
 
 def check_view(browser, address, names, theme, width):
@@ -86,8 +87,8 @@ class QuietHandler(http.server.SimpleHTTPRequestHandler):
 
 
 if __name__ == "__main__":
-    wrong = False
-    for line in check_site(Path(sys.argv[1]).resolve(), sys.argv[2:]):
-        wrong = True
-        print(line, flush=True)
-    sys.exit(wrong)
+    check = functools.partial(check_site, site=Path(sys.argv[1]).resolve(), names=sys.argv[2:])
+    with ProcessPoolExecutor(len(VIEWS)) as pool:
+        lines = [line for faults in pool.map(check, VIEWS) for line in faults]
+    print(*lines, sep="\n", end="\n" if lines else "")
+    sys.exit(bool(lines))

@@ -1,6 +1,7 @@
 """Table of a gait of a robot with several contacts: the ratio of the impulses of its impacts."""
 
 import numpy as np
+import pytest
 
 from gaitopt import Collocation, solve
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
@@ -28,6 +29,7 @@ def test_the_ratio_of_a_landing_foot_follows_from_the_momentum():
     assert impacts_of(gait) == [f"foot B stick, impulse ratio {tangential / normal:+.4f}"]
 
 
+@pytest.mark.slow
 def test_heel_and_toe_of_a_foot_have_one_ratio():
     gait = solve(roll_off())
     tangential, normal = impulses_of(gait, [0, 1])

@@ -231,6 +231,7 @@ def test_a_file_that_other_tools_have_packed_again_is_read(custom_file):
     assert verify(load(custom_file)).verification.passed
 
 
+@pytest.mark.slow
 def test_many_gaits_in_a_file_share_a_robot(tmp_path, slip_gait):
     """A thousand gaits of a sweep have one robot, in the file and in memory."""
     sizes = []

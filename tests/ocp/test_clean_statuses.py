@@ -60,6 +60,7 @@ def test_the_hidden_gait_exists_with_twelve_newton_metres(reference_problem):
     assert verify(solve(problem)).status is Status.SOLVED
 
 
+@pytest.mark.slow
 def test_a_problem_that_is_feasible_on_the_coarse_grid_alone_is_infeasible(reference_problem):
     """The coarse grid needs 6.3 N m; the iterations on the fine grid were repeated from each of four starts."""
     limits = Limits(torque={"ankle": 6.317, "hip": 6.0})

@@ -16,6 +16,7 @@ def count_joint_rows(gait):
     return sum("joint coordinate" in row for table in gait.solution.unknowns.values() for row in table.rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "problem",
     [stride(), stride(friction=0.2).replace(sequence="slip+ stick | slip+"), march(9), hop(), drag()],

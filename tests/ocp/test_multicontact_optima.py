@@ -35,6 +35,7 @@ def test_the_hop_of_the_monopod():
     assert gait.speed == pytest.approx(1.5)
 
 
+@pytest.mark.slow
 def test_a_hop_that_lands_in_a_slip_costs_less_than_one_that_sticks():
     stick = solve_planar(hop(friction=0.3, clearance=2e-3))
     slip = solve_planar(hop("foot slip+ > foot stick > flight |", 0.3, 2e-3, (4, 8, 24)))
@@ -62,6 +63,7 @@ def test_a_soft_landing_loses_no_energy_and_keeps_the_clearance_until_shortly_be
     assert gait.solver.objective > solve_planar(hop(clearance=0.01, intervals=(6, 16))).solver.objective
 
 
+@pytest.mark.slow
 def test_a_compass_in_single_support():
     gait = solve_planar(walk())
     assert gait.solver.objective == pytest.approx(2.1452677794, abs=2e-9)

@@ -27,6 +27,7 @@ from gaitopt.ocp.transcription.transcription import transcribe
 STICK, FORWARD, BACKWARD = Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "sequence"),
     [(0.12, "slip+ stick slip- | slip+"), (0.14, "slip+ stick | slip+"), (0.25, "stick | stick")],

@@ -104,6 +104,7 @@ def test_regeneration_makes_braking_pay(solved):
     assert costs[1] < costs[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sequence", ["stick | stick", SLIP])
 def test_both_transcriptions_find_the_same_optimum(solved, sequence):
     own = solved(sequence=sequence)

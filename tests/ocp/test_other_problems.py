@@ -30,6 +30,7 @@ def test_less_friction_costs_more(solved):
         assert costs[0] > costs[1] > costs[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sequence", ["slip+ stick slip- | slip+", "stick slip- | stick"])
 def test_a_slip_that_begins_inside_the_step(solved, sequence):
     gait = solved(sequence=sequence, friction=0.12)

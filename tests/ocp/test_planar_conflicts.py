@@ -24,6 +24,7 @@ def relax(problem, name):
     return elastic, number, elastic._relax_only(number)
 
 
+@pytest.mark.slow
 def test_a_limit_that_suffices_alone_is_found_from_the_guess():
     """A motion exists with the named torque, and none with 90 % of the missing torque."""
     problem = heel_toe_step(0.05).replace(limits=PlanarLimits(torque=1.0))

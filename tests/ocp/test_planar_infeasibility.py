@@ -49,6 +49,7 @@ def test_an_infeasible_problem_names_the_conflicting_limits(refused):
         assert "N m alone would suffice" in str(conflict)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("actuator", ["ankle A", "hip"])
 def test_relaxing_one_of_them_suffices_and_less_does_not(refused, actuator):
     (conflict,) = (each for each in refused.solver.conflicts if each.name.endswith(actuator))

@@ -99,6 +99,7 @@ def test_the_friction_demand_is_the_largest_ratio_of_the_forces(known):
     assert gait.solver.objective == pytest.approx(100 * demand + effort_of(gait), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_forces_of_heel_and_toe_are_added():
     problem = roll_off()
     structure = planar_structure(problem.replace(objective=PeakFrictionDemand()))
@@ -137,6 +138,7 @@ class LastHeight(Objective):
         return step.q_last[step.coordinates.index("y")]
 
 
+@pytest.mark.slow
 def test_a_custom_boundary_term(known):
     problem = hop(clearance=1e-3)
     gait = solve_with(problem, LastHeight() + WEIGHT * problem.objective, known)

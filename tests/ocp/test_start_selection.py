@@ -29,6 +29,7 @@ def stop_in_run(number, iteration=2):
     return observe, seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "guess"),
     [
@@ -124,6 +125,7 @@ def test_if_the_first_start_fails_no_other_is_solved(reference_problem):
     assert len(iterations(seen)) == 2  # squared torques, and the line as none was found
 
 
+@pytest.mark.slow
 def test_after_a_failure_with_a_feasible_motion_the_other_starts_are_solved_too(monkeypatch):
     listed, solved, solve_some = [LinearGuess(), DelayedSwing()], [], solve_from_starts
 

@@ -76,5 +76,6 @@ def test_legs_that_pass_each_other_are_not_armed_there():
     assert gait.solver.warnings == (f"{reason}.",)
 
 
+@pytest.mark.slow
 def test_a_foot_that_rises_where_it_is_armed_is_verified():
     assert verify_planar(solve_planar(heel_toe_step(0.0, intervals=5))).verification.passed

@@ -151,6 +151,7 @@ def other_port(request):
             server.shutdown()
 
 
+@pytest.mark.slow
 def test_a_port_of_something_else_ends_in_a_sentence_in_time(other_port):
     began = time.monotonic()
     with pytest.raises(InputError, match=rf"No Dask scheduler answers at {other_port} \(no answer within 5 s\)"):

@@ -206,6 +206,7 @@ ORPHANS = """
 """
 
 
+@pytest.mark.slow
 def test_workers_do_not_outlive_a_killed_parent(tmp_path):
     script = tmp_path / "killed.py"
     script.write_text(textwrap.dedent(ORPHANS))

@@ -97,6 +97,7 @@ def results(slipping_both_ways, hop_gait):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "names"), [(3.5, ()), (7.0, ("sweep over two", "ranking", "push test"))])
 def test_no_figure_is_clipped(results, width, names):
     style = FigureStyle(width=width, font_size=8)

@@ -24,6 +24,7 @@ def test_the_five_links_of_a_urdf_file_have_the_reference_optimum():
     assert gait.energy.actuator == pytest.approx(gait.energy.impact_loss, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_monopod_of_an_mjcf_file_hops_like_that_of_the_catalogue():
     imported, written = solve_script("imported_mjcf"), solve_script("monopod")
     assert imported.solver.objective == pytest.approx(written.solver.objective, rel=1e-6)

@@ -43,6 +43,7 @@ def test_it_is_solved_and_its_replay_is_the_plan(name):
     assert gait.verification.sequence == str(gait.sequence)
 
 
+@pytest.mark.slow
 @every_script
 def test_forces_and_impulses_balance_the_weight(name):
     """In a period the impulse of all contact forces is opposite to that of the weight."""

@@ -88,6 +88,7 @@ def test_it_is_solved_and_verified(path, method):
     assert gait.sequence == problem.sequence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in OPTIMISED if path.stem != SLOW[0]], ids=lambda path: path.stem)
 def test_both_transcriptions_give_the_same_cost(path):
     costs = [solved(path, method)[1].cost_of_transport for method in TRANSCRIPTIONS]
@@ -106,6 +107,7 @@ def test_an_unknown_transcription_is_refused(path):
         build_problem(path, ["transcription=colocation"])
 
 
+@pytest.mark.slow
 def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
     problem, gait = solved(SCRIPTS[0].parent / "five_link.py")
     assert check_robot(problem.robot).passed

@@ -5,6 +5,7 @@ import pytest
 from tests.docs.accessibility import find_violations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_report_violates_no_rule_of_accessibility(browser, report_file, scheme):
     pytest.importorskip("axe_playwright_python", reason="needs the Python package axe-playwright-python")

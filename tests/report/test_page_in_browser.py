@@ -31,6 +31,7 @@ def test_the_page_fits_the_screen(open_page, viewport, scheme):
     assert min(controls["width"], controls["height"]) >= 40, "a finger must hit it"
 
 
+@pytest.mark.slow
 def test_light_and_dark_differ_and_can_be_read(open_page):
     contrast = {}
     for scheme in ("light", "dark"):

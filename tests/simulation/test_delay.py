@@ -61,6 +61,7 @@ def test_small_delays_shift_a_walk_in_proportion(slip_gait, law):
     assert off[1] / off[2] == pytest.approx(2, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_law_reads_states_between_one_and_a_quarter_more_delays_old(slip_gait, law):
     delay, oldest = 0.04, 0.04 * (1 + 1 / READINGS)
     motion = record_walk(late_walker(slip_gait, law, delay), start(slip_gait), 1).motion

@@ -4,6 +4,7 @@ import itertools
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -195,6 +196,7 @@ def check_change(before, after, hand, weight):
         assert -after.mode.sign * tangential >= hand.mu * normal - edge
 
 
+@pytest.mark.slow
 @settings(max_examples=120)
 @given(compasses(), ENGINES)
 def test_compass(walker, engine):

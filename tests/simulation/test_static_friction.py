@@ -23,6 +23,7 @@ def test_a_wheel_sticks_until_the_static_limit_and_slides_with_the_kinetic_one()
     np.testing.assert_allclose(sliding[0], -0.3 * sliding[1], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_gait_whose_slip_begins_at_the_static_limit_survives_its_replay():
     problem = GaitProblem(
         robot=compass_biped(),

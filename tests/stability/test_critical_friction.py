@@ -54,6 +54,7 @@ def test_each_step_is_integrated_about_once(step):
     assert walker.engine.seconds < 2 * passage.walk_steps[0].duration
 
 
+@pytest.mark.slow
 def test_no_sample_of_the_step_needs_more(step):
     walker, passage = step
     found = critical_friction(walker, passage)

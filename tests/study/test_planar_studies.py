@@ -38,6 +38,7 @@ def test_a_sweep_has_the_optima_of_its_points_and_numbers_by_contact(problem, tm
     assert stored.attrs["complete"] == 1
 
 
+@pytest.mark.slow
 def test_the_gaits_of_a_sweep_are_stored_and_an_interrupted_one_is_resumed(problem, tmp_path):
     path, axes, solved = tmp_path / "speeds.nc", {"speed": [0.6, 0.633]}, []
 

@@ -99,6 +99,7 @@ def test_basins_are_the_same():
     assert len(set(labels)) > 1
 
 
+@pytest.mark.slow
 def test_sweeps_are_the_same():
     tables = [sweep(pose(robot), {"friction": [0.14, 0.2]}, starts=1) for robot in ROBOTS]
     costs = [table.cost_of_transport.values.ravel() for table in tables]

@@ -159,6 +159,7 @@ def test_two_processes_and_an_interrupted_run_give_the_same_front(front, tmp_pat
         Pareto(points=3).trace(quick_problem(), path=path)
 
 
+@pytest.mark.slow
 def test_a_front_that_exceeds_the_disk_is_refused_and_its_gaits_are_kept(tmp_path, full_disk):
     """The HDF5 library would crash (segmentation fault)."""
     trade, path = Pareto(points=2, bounds={"peak_torque": (5, 6)}), tmp_path / "front.nc"

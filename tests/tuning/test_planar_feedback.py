@@ -124,6 +124,7 @@ def landings(rollout, section, robot):
     return [np.concatenate([e.q, e.v_plus]) for e in rollout.motion.events if ends & set(e.names)]
 
 
+@pytest.mark.slow
 def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
     """The hip is the centre of mass of the body: its angle and its rate do not return, so two multipliers are 1."""
     gait = solve_planar(hop(clearance=1e-2))
