@@ -76,14 +76,15 @@ def basin(
 
     For a saved gait, walks use its torques or the given feedback law; the fraction of starts that return to the gait is
     also reported.  A coordinate of the start without an axis has the value stated by --state, otherwise that of the
-    saved gait.  For a script with a single axis and without --state it has the value of the first periodic gait that is
-    found, and in all other cases it is 0.  The file of results contains these values.
+    saved gait.  For a script it has the value of the first periodic gait that is found if there is a single axis and
+    no --state, and otherwise 0.  The file of results contains these values.
 
     For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
     rates that are not stated change as little as possible, so that its feet stand on the ground.
 
     For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
-    values of its parameter, and the smallest fatal push of each gait is reported.
+    values of its parameter.  For each gait, the smallest push after which the walker does not return to it (fatal
+    push) is reported.
 
     The command may be interrupted: with an output file, the same command resumes the computation.
 

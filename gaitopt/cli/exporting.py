@@ -181,7 +181,7 @@ def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
 
 
 def export(
-    file: GaitFile,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve', or sweep (.nc).")],
     output: Annotated[
         Path,
         typer.Option(

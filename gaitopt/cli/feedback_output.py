@@ -48,14 +48,15 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
 def print_tuning(tuned: "Tuning") -> None:
     """Print the result of tuning as a table."""
     from gaitopt.control.law import Law
-    from gaitopt.tuning.gain_units import format_gains
+    from gaitopt.tuning.gain_units import format_gains, tabulate_gains
 
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     table.add_row("law", tuned.family)
     several = tuned.law is not None and not isinstance(tuned.law, Law)
-    table.add_row("gains", format_gains(tuned.family, tuned.gains, several_contacts=several))
+    gains = format_gains(tuned.family, tuned.gains, several_contacts=several)
+    table.add_row(*tabulate_gains(tuned.family, gains))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""
@@ -131,7 +132,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
         "A push is survived if the walker returns to the gait, any other disturbance if it completes all steps, "
-        "possibly in another gait. Friction patch: loss of friction over some steps."
+        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: loss of friction "
+        "over the first steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " No failed value (-): the survived value is the largest tried."

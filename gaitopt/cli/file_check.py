@@ -71,6 +71,18 @@ def _read_front(path: Path) -> str:
     return f"{load_front(path).sizes['point']} points"
 
 
+def _read_branch_basin(path: Path) -> str:
+    from gaitopt.study.basins.branch_basin_file import load_branch_basin
+
+    return f"{load_branch_basin(path).push.size} gaits"
+
+
+def _read_steps(path: Path) -> str:
+    from gaitopt.ocp.multistep.multistep_file import load_steps
+
+    return f"{len(load_steps(path).sequences)} steps"
+
+
 _READERS: dict[str, Callable[[Path], str]] = {
     "gait": _read_gait,
     "sweep": _read_sweep,
@@ -78,6 +90,8 @@ _READERS: dict[str, Callable[[Path], str]] = {
     "branch diagram": _read_diagram,
     "diagram of optimal gaits": _read_optima,
     "front": _read_front,
+    "set of basins along a branch": _read_branch_basin,
+    "gait of several steps": _read_steps,
 }
 
 

@@ -22,8 +22,8 @@ Standing = Annotated[
     typer.Option(
         "--on",
         metavar="CONTACT",
-        help="Stationary contact with the ground, which determines the coordinates and rates that are not named "
-        "(repeatable).",
+        help="Stationary contact with the ground, which determines the coordinates and rates that neither --state nor "
+        "the script states (repeatable).",
         show_default="that of the script, or the first foot",
     ),
 ]
@@ -40,7 +40,7 @@ def impact(
 ) -> None:
     """Solve the impact of a robot in a state, with all contacts that are closed or closing.
 
-    Coordinates and rates that are not named are those of the script, if it has a start.
+    Coordinates and rates without --state are those of the script, if it states a start.
 
     Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
 
@@ -113,7 +113,7 @@ def _print_outcome(robot: "PlanarRobot", outcome: "ImpactOutcome") -> None:
 
     out.print(f"{outcome.status.value} outcome")
     for candidate in outcome.candidates:
-        table = Table("contact", "mode", "tangential [N s]", "normal [N s]", box=box.SIMPLE)
+        table = Table("contact", "mode", "tangential [N s]", "normal [N s or N m s]", box=box.SIMPLE)
         for name, (tangential, normal) in candidate.impulse.items():
             table.add_row(name, candidate.modes[name].value, f"{tangential:.9g}", f"{normal:.9g}")
         out.print(table)

@@ -223,7 +223,8 @@ TorqueLimit = Annotated[
     float | None,
     typer.Option(
         "--torque-limit",
-        show_default="1.2 times the limit of the plan; none for a robot with several contacts",
+        show_default="that in the file of tuned gains, otherwise 1.2 times that of the plan; none for a robot with "
+        "several contacts",
         help="Torque limit of every actuator under feedback [N m].",
     ),
 ]
@@ -254,7 +255,11 @@ PushRadius = Annotated[
 # Where and how walks and solves are computed.
 EngineName = Annotated[
     str,
-    typer.Option("--engine", help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed."),
+    typer.Option(
+        "--engine",
+        help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed (for a robot with "
+        "several contacts: scipy).",
+    ),
 ]
 Workers = Annotated[
     int | None,

@@ -21,7 +21,7 @@ Objectives = Annotated[
     str,
     typer.Option(
         metavar="NAME,NAME,...",
-        help="Quantities of the front: cost, the objective of the script, and at least one of peak_torque, "
+        help="Quantities of the front: cost (the objective of the script) and at least one of peak_torque, "
         "peak_friction_demand and speed (bounded), spectral_radius (bounded if --bounds states its range, otherwise "
         "measured) and recovered_push (measured). The last two refer to the gait in open loop.",
     ),

@@ -69,7 +69,9 @@ def _check_steps(steps: int) -> None:
 def check_planar_engine(engine: str) -> None:
     """Raise InputError unless a command without engines for robots with several contacts accepts this one."""
     if engine not in ("auto", ENGINE):
-        raise InputError(f"--engine must be auto or {ENGINE} for a robot with several contacts, got {engine!r}.")
+        raise InputError(
+            f"--engine must be auto or {ENGINE} for a robot with several contacts in this command, got {engine!r}."
+        )
 
 
 def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, *, json: bool) -> None:
@@ -95,8 +97,8 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
         pad_edge=False,
         show_lines=True,
         title="periodic gaits",
-        caption=f"State (SI units, rad) after the event '{cycles[0].section}' and the leg exchange. Critical friction: "
-        "lowest friction without slipping.",
+        caption=f"State (SI units, rad) after the event '{cycles[0].section}' and the leg exchange, if any. Critical "
+        "friction: lowest friction without slipping.",
         title_justify="left",
         caption_justify="left",
     )

@@ -128,12 +128,15 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
 
 def print_gains(tuned: "TunedGains") -> None:
     """Print tuned gains as a table."""
+    from gaitopt.tuning.gain_units import tabulate_gains
+
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     table.add_row("law", tuned.family)
-    table.add_row("gains", ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items()))
-    table.add_row("spectral radius", f"{tuned.radius_before:.4g} before, {tuned.radius:.4g} after")
+    gains = ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items())
+    table.add_row(*tabulate_gains(tuned.family, gains))
+    table.add_row("spectral radius", f"{tuned.radius_before:.4g} in open loop, {tuned.radius:.4g} under the law")
     table.add_row("objective", tuned.objective)
-    table.add_row("search", f"{len(tuned.trials)} trials")
+    table.add_row("search", f"{len(tuned.trials)} evaluations")
     out.print(table)

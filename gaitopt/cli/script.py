@@ -221,8 +221,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
 
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} has a robot with several contacts; 'gaitopt solve', 'gaitopt stability' and 'gaitopt "
-            "impact' accept it."
+            f"{script.path} has a robot with several contacts; 'gaitopt solve', 'stability', 'simulate', 'tune', "
+            "'push', 'basin' and 'impact' accept it."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
@@ -245,8 +245,8 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
-            f"{path} has a robot with several contacts; 'gaitopt stability', 'simulate', 'basin' and 'impact' accept "
-            "it."
+            f"{path} has a robot with several contacts; 'gaitopt stability', 'simulate', 'trace', 'basin', 'report' "
+            "and 'impact' accept it."
         )
     return problem
 
@@ -290,9 +290,9 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
 
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} optimises a robot with several contacts; 'gaitopt solve' finds its gait, 'gaitopt "
-            f"stability {script.path}' assesses it, with --law lqr under feedback, and 'gaitopt simulate "
-            f"{script.path}' simulates some steps."
+            f"{script.path} optimises a robot with several contacts, which this command does not accept; 'gaitopt "
+            f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it, with --law lqr under feedback, and "
+            f"'gaitopt simulate {script.path}' simulates some steps."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__

@@ -125,7 +125,9 @@ class Check:
 def doctor(
     file: Annotated[
         Path | None,
-        typer.Argument(metavar="[FILE]", help="File of a gait, sweep, basin or diagram to check.", show_default=False),
+        typer.Argument(
+            metavar="[FILE]", help="HDF5 file of a gait, sweep, basin, front or diagram to check.", show_default=False
+        ),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,

@@ -123,8 +123,8 @@ def trace(
 ) -> None:
     """Follow a gait as a parameter varies, through folds, period doublings and changes of the contact sequence.
 
-    For a script, the trace begins with its first stable gait at FROM; a saved gait is followed in both directions from
-    the value of the parameter in its file.
+    For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
+    saved gait is followed in both directions from the value of the parameter in its file.
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.

@@ -159,7 +159,8 @@ def print_optima(diagram: "OptimalDiagram") -> None:
     unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
     parameter = Text(f"{diagram.parameter}{unit}")
     branches = Table(box=box.SIMPLE, pad_edge=False, title="branches of optimal gaits", title_justify="left")
-    for column in ("branch", "sequence", "gaits", "minima", "replayed", "stable", parameter, "cost", "begins", "ends"):
+    counted = ("gaits", "minima", "replays passed", "stable")
+    for column in ("branch", "sequence", *counted, parameter, "cost", "begins", "ends"):
         branches.add_column(column, no_wrap=True)
     for number, branch in enumerate(diagram.branches):
         begin = branch.begin if branch.parent is None else f"branch {branch.parent}"

@@ -98,7 +98,8 @@ def motion_of_planar_robot(robot: "PlanarRobot") -> tuple[Formula, ...]:
     drive, latex = ("E(q) u + ", r"E(q)\, u + ") if robot.actuators else ("", "")
     motion = Formula(
         "motion",
-        f"M(q) dv/dt + h(q, v) = {drive}Σ (∂n_c/∂q)ᵀ f_n + (∂t_c/∂q)ᵀ f_t over the closed contacts c",
+        f"M(q) dv/dt + h(q, v) = {drive}Σ (∂n_c/∂q)ᵀ f_n + (∂t_c/∂q)ᵀ f_t over the closed contacts c "
+        "with gap n_c and slide coordinate t_c",
         rf"M(q)\, \dot v + h(q, v) = {latex}\sum_c \left(\partial n_c / \partial q\right)^\mathsf{{T}} f_{{n,c}}"
         r" + \left(\partial t_c / \partial q\right)^\mathsf{T} f_{t,c}",
     )

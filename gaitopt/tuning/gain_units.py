@@ -34,3 +34,15 @@ def describe_gains(family: str) -> str:
     ('LQR weights (a deviation or torque of this size costs 1)', 'gains')
     """
     return "LQR weights (a deviation or torque of this size costs 1)" if family in ("lqr", "step_lqr") else "gains"
+
+
+def tabulate_gains(family: str, text: str) -> tuple[str, str]:
+    """Return the row of tuned gains in a table: its name, and the gains with what they mean.
+
+    Examples
+    --------
+    >>> tabulate_gains("lqr", "torque 3.6 N m")
+    ('LQR weights', 'torque 3.6 N m (a deviation or torque of this size costs 1)')
+    """
+    name, opening, meaning = describe_gains(family).partition(" (")
+    return name, f"{text}{opening}{meaning}"

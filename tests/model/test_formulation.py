@@ -7,6 +7,7 @@ import pytest
 from gaitopt import CostOfTransport, GaitProblem, Limits, StabilityBound, TorqueSquared, WalkProblem, compass_biped
 from gaitopt.model import kneed_walker, monopod
 from gaitopt.model.formulation import Formula, Formulation, bound, latex_name
+from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.ocp import PlanarProblem
 
 
@@ -76,6 +77,9 @@ def test_events_of_several_contacts_are_stated():
     problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5)
     printed = lines(problem)
     assert (printed["phase 2"], printed["then"], printed["impact"]) == ("flight", "foot opens", "foot closes")
+    assert printed["next period"] == "(q, v)(0) = (q, v)(T⁺); x grows by d"
+    walker = PlanarProblem(robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.6)
+    assert lines(walker)["next period"] == "(q, v)(0) = S (q, v)(T⁺), S exchanges the legs; x grows by d"
 
 
 def test_a_walk_has_its_own_parameters():

@@ -45,5 +45,5 @@ def test_elsewhere_it_is_right_to_first_order(problem, gait, changed):
 
 
 def test_a_gait_without_solution_is_refused(problem, gait):
-    with pytest.raises(InputError, match="must contain unknowns and multipliers, but has none"):
+    with pytest.raises(InputError, match="must contain unknowns and Lagrange multipliers, but has none"):
         predict_cost(problem, replace(gait, solution=None))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import GaitProblem, InputError, Limits, Status, WarmStart, compass_biped, solve
+from gaitopt.cli.file_check import examine_file
 from gaitopt.ocp import MultiStepProblem, TorqueSquared, load_steps, save_steps, solve_steps, state_after_touchdown
 from gaitopt.ocp.multistep.multistep_solver import _gait
 from gaitopt.simulation import Tolerances, verify_steps
@@ -70,6 +71,7 @@ def test_a_gait_is_read_from_its_file_and_replayed(periodic, tmp_path):
     state, steps = state_after_touchdown(periodic), (step(friction=0.25), step(limits=Limits(torque=20, rate=5)))
     gait = solve_steps(MultiStepProblem(steps=steps, start=state, end={}, footholds={1: (0.4, 0.5)}, name="two"))
     loaded = check_replay(load_steps(save_steps(gait, tmp_path / "two.h5")))
+    assert examine_file(tmp_path / "two.h5")["content"] == "2 steps"
     assert loaded.sequences == gait.sequences
     assert loaded.objective == gait.objective
     assert loaded.problem.start == state

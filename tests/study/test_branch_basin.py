@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, compass_biped, find_cycles, passive, rimless_wheel, trace
+from gaitopt.cli.file_check import examine_file
 from gaitopt.cli.result_output import find_facts, print_result
 from gaitopt.plot import plot_branch_basin, plot_result
 from gaitopt.simulation import default_engine
@@ -103,6 +104,7 @@ def test_the_edge_along_a_coordinate_is_that_of_the_basin(wheel_basin):
 def test_basins_of_a_branch_are_stored_drawn_and_printed(wheel_basin, tmp_path, capsys):
     stored = load_result(save_branch_basin(wheel_basin, tmp_path / "basin.nc"))
     assert stored.identical(wheel_basin)
+    assert examine_file(tmp_path / "basin.nc")["content"] == f"{wheel_basin.push.size} gaits"
     upper, lower = plot_result(stored).axes
     assert upper.get_ylabel() == "share of the starts"
     drawn = {line.get_label(): line.get_ydata() for line in lower.lines}

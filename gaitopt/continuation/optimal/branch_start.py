@@ -37,7 +37,9 @@ def start_branch(problem: GaitProblem, name: str, ends: tuple[float, float], gai
     """
     gait.require()
     if gait.solution is None:
-        raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
+        raise InputError(
+            "The gait must contain unknowns and Lagrange multipliers, but has none: solve its problem again."
+        )
     nlp = make_parametric_nlp(problem, name, ends, _find_method(problem, gait), _find_schedule(gait))
     value = find_number(problem, name).value
     x, multipliers = transfer_solution(gait.solution, nlp.transcription, np.zeros(nlp.size))

@@ -33,7 +33,9 @@ def predict_cost(problem: GaitProblem, gait: Gait) -> float:
         If the gait has no solution, as one read from a file of an earlier version.
     """
     if gait.solution is None:
-        raise InputError("The gait must contain unknowns and multipliers, but has none: solve its problem again.")
+        raise InputError(
+            "The gait must contain unknowns and Lagrange multipliers, but has none: solve its problem again."
+        )
     solution = gait.solution
     method = evolve(problem.transcription, intervals=solution.intervals, fractions=solution.fractions)
     transcription = transcribe_problem(problem, method)

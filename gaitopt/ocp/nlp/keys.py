@@ -232,7 +232,7 @@ class Key:
     @property
     def label(self) -> str:
         """Text printed by the diagnosis."""
-        return self.identifier
+        return f"coming to {self.identifier}" if self.kind is Kind.REST else self.identifier
 
 
 class Row(NamedTuple):

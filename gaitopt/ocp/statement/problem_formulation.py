@@ -107,7 +107,7 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *(Formula(mode.value, *FRICTION[mode]) for mode in FRICTION),
             *lines,
             *_actuator_impulses(problem),
-            Formula("next period", "(q, v)(0) = S (q, v)(T⁺)", r"(q, v)(0) = S\, (q, v)(T^+)"),
+            _formulate_periodicity(robot),
             *_targets(problem),
             *_torque_limits(limits.torques(robot.actuators), robot.actuators, robot.actuator_units),
             *collect("coordinates", [bound(name, low, high, unit) for name, (low, high), unit in coordinates]),
@@ -115,6 +115,14 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *_ground_and_parameters(problem),
         ),
     )
+
+
+def _formulate_periodicity(robot: Any) -> Formula:
+    """Return the condition that a period repeats, with the leg exchange if the robot has one, apart from its travel."""
+    matrix, latex = ("S ", r"S\, ") if robot.mirror else ("", "")
+    remark = ", S exchanges the legs" if robot.mirror else ""
+    remark += f"; {robot.travel} grows by d" if robot.travel else ""
+    return Formula("next period", f"(q, v)(0) = {matrix}(q, v)(T⁺){remark}", rf"(q, v)(0) = {latex}(q, v)(T^+)")
 
 
 def _actuator_impulses(problem: Any) -> tuple[Formula, ...]:

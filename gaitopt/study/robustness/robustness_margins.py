@@ -96,8 +96,8 @@ def assess_robustness(
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
     Push: a change of the state after touchdown, from which all seeded starts return to the gait (:class:`Recovery`).
-    Slope: a change of slope for all steps, uphill and downhill.  Friction patch: the drop of friction over some steps
-    in the middle.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step
+    Slope: a change of slope for all steps, uphill and downhill.  Friction patch: the drop of friction over the first
+    steps.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step
     and added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`),
     up to half the period.  Except for the push, a disturbance is survived if all steps are completed, even in another
     gait.
