@@ -72,7 +72,7 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     values = np.array([trial.objective for trial in tuned.trials])
     numbers = np.arange(1, values.size + 1)
     lowest = np.minimum.accumulate(np.where(np.isfinite(values), values, np.inf))
-    axes.plot(numbers, values, "o", color="0.6", markersize=2.5, label="trial")
+    axes.plot(numbers, values, "o", color="0.6", markersize=2.5, label="each evaluation")
     axes.plot(numbers, np.where(np.isfinite(lowest), lowest, np.nan), **line_style(0), label="lowest so far")
     finite = values[np.isfinite(values)]
     largest = LARGEST_SHOWN * float(finite.min(initial=np.inf))
