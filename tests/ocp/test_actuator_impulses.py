@@ -225,6 +225,20 @@ def test_the_optimal_push_off_is_that_of_the_point_mass():
     assert torques < 0.02 * WALK  # between the touchdowns the legs do no work
 
 
+@pytest.mark.slow
+def test_the_multipliers_of_the_walk_with_a_push_off_are_those_of_its_return_map():
+    """The derivative, with the impulses of both legs, is compared with differences of the simulated return map."""
+    gait = solve_planar(call_script(SCRIPT, ["impulse_limit=1", "intervals=8"]))
+    law, cycle = planar_feedforward(gait), assess_planar(gait)
+    ((_, (before, after)),) = law.impulses
+    assert min(before[0], after[1]) > 0.1
+    coarse, fine = (planar_differences(gait.robot, cycle, law, step=step) for step in (1e-6, 1e-7))
+    assert cycle.derivative == pytest.approx(coarse, abs=1e-5)
+    assert cycle.derivative == pytest.approx(fine, abs=1e-6)  # the torques are linear between nodes: error ~ step
+    assert np.sort_complex(cycle.multipliers) == pytest.approx(np.sort_complex(np.linalg.eigvals(fine)), abs=1e-5)
+    assert cycle.radius > 5  # the walk is unstable with its torques and impulses in open loop
+
+
 def compass(*impulses, **changes):
     limits = PlanarLimits(torque={"ankle A": 6, "hip": 6, "ankle B": 0})
     return walk(friction=math.inf, impulses=impulses, limits=limits, **changes)
