@@ -24,7 +24,7 @@ from gaitopt.simulation import simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts
 
 IMPULSES = {"before": [0.0, 0.3], "after": [2.0, -0.1]}
-"""Of the actuators of the monopod just before and just after its landing."""
+"""Impulses of the actuators of the monopod just before and just after its landing."""
 
 
 @pytest.fixture(scope="module")
