@@ -80,12 +80,29 @@ DRAWS: Mapping[str, ScriptDraw] = {
 """Scripts by name; the shares add up to one."""
 
 
-def draw_settings(seed: int, number: int) -> tuple[str, tuple[str, ...]]:
+DRAWS_WITH_IMPULSES: Mapping[str, ScriptDraw] = {
+    "telescoping_biped": ScriptDraw(
+        1.0,
+        {
+            "speed": (0.4, 0.6),
+            "step_length": (0.35, 0.45),
+            "impulse_limit": (0.05, 0.25),
+            "foot_mass": (5e-4, 2e-3),
+            "body_mass": (0.8, 1.2),
+        },
+        {},
+    ),
+}
+"""Scripts whose gaits have impulses of actuators, drawn by another option, so that the numbers of `DRAWS` remain."""
+
+
+def draw_settings(seed: int, number: int, draws: Mapping[str, ScriptDraw] = DRAWS) -> tuple[str, tuple[str, ...]]:
     """Return the script of a problem and its settings ``NAME=VALUE``, with which ``gaitopt solve`` repeats it.
 
     Parameters
     ----------
     seed, number : int
+    draws : mapping of str to ScriptDraw
 
     Examples
     --------
@@ -94,8 +111,8 @@ def draw_settings(seed: int, number: int) -> tuple[str, tuple[str, ...]]:
     (True, True)
     """
     rng = np.random.default_rng([seed, number])
-    name = str(rng.choice(list(DRAWS), p=[draw.share for draw in DRAWS.values()]))
-    draw = DRAWS[name]
+    name = str(rng.choice(list(draws), p=[draw.share for draw in draws.values()]))
+    draw = draws[name]
     settings = [f"{key}={rng.uniform(*bounds):.6g}" for key, bounds in draw.ranges.items()]
     settings += [f"{key}={rng.choice(values)}" for key, values in draw.choices.items()]
     return name, tuple(settings)
@@ -110,11 +127,28 @@ def audit_number(shared: tuple[int, int | None], number: int) -> dict[str, Any]:
         Seed, and number of starts of a further solve.
     number : int
     """
+    seed, starts = shared
+    return _audit_script(*draw_settings(seed, number), starts)
+
+
+def audit_impulse_number(shared: tuple[int, int | None], number: int) -> dict[str, Any]:
+    """Return the result of a problem of an audit of impulses of actuators.
+
+    Parameters
+    ----------
+    shared : (int, int or None)
+        Seed, and number of starts of a further solve.
+    number : int
+    """
+    seed, starts = shared
+    return _audit_script(*draw_settings(seed, number, DRAWS_WITH_IMPULSES), starts)
+
+
+def _audit_script(name: str, settings: tuple[str, ...], starts: int | None) -> dict[str, Any]:
+    """Return the result of a script with settings."""
     from gaitopt.cli.script import call_script
     from gaitopt.study.audit.audited_problem import audit_problem
 
-    seed, starts = shared
-    name, settings = draw_settings(seed, number)
     problem = call_script(_script(name), list(settings))
     return {"script": name, "settings": list(settings)} | audit_problem(problem, starts=starts)
 

@@ -120,8 +120,8 @@ def split_steps(motion: PlanarMotion, section: tuple[str, ...]) -> tuple[list[Pl
         kept = slice(begin, begin + count)
         parts.append(replace(motion, segments=motion.segments[kept], events=motion.events[kept]))
         begin += count
-    ends = [event.names for event in motion.events[len(motion.segments) - 1 :]]
-    unfinished = numbers and not (ends and section[numbers[-1] % len(section)] in ends[0])
+    ends = motion.events[len(motion.segments) - 1 :]
+    unfinished = numbers and not (ends and ends[0].includes(section[numbers[-1] % len(section)]))
     return parts, len(parts) - bool(unfinished)
 
 

@@ -26,9 +26,4 @@ def require_planar_law(robot: PlanarRobot, law: object) -> PlanarLaw:
     sizes = {(part.torque.size1_in(1), part.torque.size1_out(0)) for part in law.parts}
     if sizes != {(robot.n_q, robot.n_u)} or law.section.removesuffix(" closes") not in robot.contact_names:
         raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
-    if any(law.impulses):
-        raise InputError(
-            f"The law {law.name!r} has impulses of actuators, which an exported controller cannot apply; solve the "
-            "gait without ActuatorImpulse."
-        )
     return law

@@ -5,6 +5,7 @@ import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.export.c_controller import initialiser
+from gaitopt.export.planar_impulses import write_c_impulse_header, write_c_impulse_source
 from gaitopt.export.planar_python import list_matrices, list_sections
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
@@ -35,6 +36,7 @@ def write_planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             " * otherwise 0. */",
             f"#define {_state_size(prefix)} {3 + _latched_size(law)}",
             f"{_update_signature(prefix)};",
+            *write_c_impulse_header(prefix, robot, law),
         ]
     )
 
@@ -63,6 +65,7 @@ def write_planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             f"static const double exchange_q[{robot.n_q**2}] = {initialiser(_rows(coordinates))};",
             f"static const double exchange_u[{max(robot.n_u**2, 1)}] = {initialiser(_rows(actuators))};",
             _CONTROLLER.format(**names, latch=latch, cases=cases),
+            *write_c_impulse_source(prefix, robot, law),
         ]
     )
 

@@ -5,6 +5,7 @@ import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.export.c_controller import list_law_functions
+from gaitopt.export.planar_impulses import write_python_impulses
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.version import __version__
@@ -30,6 +31,7 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the text of the module."""
     coordinates, actuators = (np.array(matrix) for matrix in list_matrices(robot))
     tables = [part.table.T for part in law.parts]
+    impulses, method = write_python_impulses(robot, law)
     parts = [
         _MODULE.format(
             robot=write_literal(robot.name),
@@ -45,6 +47,7 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
         f"EXCHANGE_U = {write_array(actuators)}.reshape({robot.n_u}, {robot.n_u})",
         f"BREAKPOINTS = [{', '.join(write_array(part.breakpoints) for part in law.parts)}]",
         f"TABLES = [{', '.join(f'{write_array(table)}.reshape{table.shape}' for table in tables)}]",
+        *([impulses] if impulses else []),
         *(f"\n\n{write_function(function, f'_{function.name()}')}" for function in list_law_functions(law)),
         f"\n\nTORQUES = [{', '.join(f'_torque_{number}' for number in range(len(law.parts)))}]",
         _CONTROLLER.format(
@@ -52,6 +55,7 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
             latch="self.latched = _latch(*self._exchange(q, v), TABLES[0][0].tolist())[0]"
             if law.latched
             else "del q, v  # nothing is latched",
+            impulses=method,
         ),
     ]
     return "\n".join(parts)
@@ -107,7 +111,7 @@ class Controller:
         data = TABLES[self.part][piece].tolist()
         torque = np.array(TORQUES[self.part]([clock], *self._exchange(q, v), self.latched, [0.0], data)[0])
         return EXCHANGE_U @ torque if self.exchanged else torque
-
+{impulses}
     def _exchange(self, q, v):
         """Return the state in the coordinates of the plan."""
         q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)

@@ -51,6 +51,8 @@ class AnimationFrame:
     Attributes
     ----------
     time : float [s]
+    shown : float
+        Time on the screen [s].
     step : int
         From 0.
     exchanges : int
@@ -76,6 +78,7 @@ class AnimationFrame:
     """
 
     time: float
+    shown: float
     step: int
     exchanges: int
     phase: int
@@ -142,6 +145,7 @@ class AnimationFrames:
             rims[0] += shift[0]
         return AnimationFrame(
             time=time - float(self.motion.segments[0].time[0]) + step * self.motion.period,
+            shown=shown,
             step=step,
             exchanges=step + segment.step,
             phase=phase,
@@ -155,6 +159,11 @@ class AnimationFrames:
             rims=rims,
             forces=_at(segment, segment.forces, time),
         )
+
+    def screen_time(self, time: float) -> float:
+        """Return the time on the screen [s] at which an instant of the first step is shown."""
+        begin = float(self.motion.segments[0].time[0])
+        return float(np.interp(time - begin, [0.0, *np.cumsum(self._durations)], [0.0, *self._ends]))
 
     def slides(self, frame: AnimationFrame) -> list[SlideMark]:
         """Return the slides of the feet up to a frame, including the current ones."""

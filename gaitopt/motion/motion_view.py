@@ -8,6 +8,7 @@ import numpy as np
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.terrain import Terrain
+from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 
@@ -139,8 +140,11 @@ class EventView:
     label : str
     is_impact : bool
     impulses : (n_c, 2) array [N s]
+        Of each contact, of the impact alone.
     modes : tuple of Mode
         Mode of each contact after the event.
+    actuator_impulses : tuple of ActuatorImpulses
+        Impulses of actuators just before and just after the impact, with the reactions of the contacts of the view.
     """
 
     step: int
@@ -149,6 +153,7 @@ class EventView:
     is_impact: bool
     impulses: Array
     modes: tuple[Mode, ...]
+    actuator_impulses: tuple[ActuatorImpulses, ...] = ()
 
 
 @dataclass(frozen=True)

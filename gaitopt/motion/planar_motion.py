@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.actuator_impulses import ActuatorImpulses
@@ -86,7 +87,7 @@ class PlanarEvent:
     time : float [s]
     names : tuple of str
         For example ``("foot B closes", "foot A opens")``; also ``X stick``, ``X slip+``, ``X slip-``, ``X released``
-        and ``X extends``.
+        (a latched contact) and ``X extends``.
     before, after : ContactState
     q, v_minus, v_plus : (n_q,) arrays
     impulse : (n_c, 2) array [N s]
@@ -131,6 +132,12 @@ class PlanarEvent:
         """Whether a contact closes with an impulse."""
         return self.outcome is not None
 
+    def includes(self, name: str) -> bool:
+        """Return whether a change is one of this event; a latched contact that is released and open then also opens."""
+        contact, _, kind = name.rpartition(" ")
+        opens = kind == "opens" and f"{contact} released" in self.names and self.after.mode(contact) is Mode.FREE
+        return name in self.names or opens
+
     @property
     def impulse_work(self) -> tuple[float, float]:
         """Work that the impulses of actuators generate and absorb [J], both >= 0."""
@@ -169,7 +176,7 @@ class PlanarMotion:
     >>> from gaitopt.simulation import simulate_planar
     >>> motion = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, duration=0.5).motion
     >>> [event.names for event in motion.events][:2]
-    [('sole closes', 'full length opens'), ('sole extends',)]
+    [('sole closes', 'full length released'), ('sole extends',)]
     """
 
     coordinates: tuple[str, ...]

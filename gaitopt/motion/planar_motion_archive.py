@@ -15,6 +15,7 @@ from gaitopt.motion.actuator_impulses import MOMENTS, ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
+from gaitopt.motion.stated_changes import spell_release
 
 _NAMES = ("coordinates", "units", "actuators", "actuator_units", "points")
 _SEGMENT = ("time", "q", "v", "torque", "force", "work", "friction_work", "damping_work", "kinetic", "potential")
@@ -129,9 +130,10 @@ def _read_segment(group: h5py.Group) -> PlanarSegment:
 def _read_event(group: h5py.Group) -> PlanarEvent:
     arrays: dict[str, Any] = _read_arrays(group, _EVENT_ARRAYS)
     numbers: dict[str, Any] = {name: float(group.attrs[name]) for name in _EVENT_NUMBERS}
+    before = _read_state(group.attrs["before"])
     return PlanarEvent(
-        names=tuple(json.loads(group.attrs["names"])),
-        before=_read_state(group.attrs["before"]),
+        names=tuple(spell_release(name, dict(before.modes)) for name in json.loads(group.attrs["names"])),
+        before=before,
         after=_read_state(group.attrs["after"]),
         outcome=_read_state(group.attrs["outcome"]) if "outcome" in group.attrs else None,
         actuator_impulses=tuple(

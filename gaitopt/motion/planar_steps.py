@@ -27,6 +27,6 @@ def number_steps(motion: PlanarMotion, section: Sequence[str]) -> list[int]:
     steps, step = [], 0
     for k in range(len(motion.segments)):
         steps.append(step)
-        if section and k < len(motion.events) and section[step % len(section)] in motion.events[k].names:
+        if section and k < len(motion.events) and motion.events[k].includes(section[step % len(section)]):
             step += 1
     return steps

@@ -35,8 +35,10 @@ def list_changes(before: ContactState, outcome: ContactState, after: ContactStat
     changes = [f"{name} {CLOSES}" for name in closing]
     for name, old in before.modes:
         new = after.mode(name)
-        if new is Mode.FREE and (old is not Mode.FREE or name in closing):
-            changes.append(f"{name} {RELEASED if old is Mode.LATCHED else OPENS}")
+        if old is Mode.LATCHED and new is not Mode.LATCHED:
+            changes.append(f"{name} {RELEASED}")
+        elif new is Mode.FREE and (old is not Mode.FREE or name in closing):
+            changes.append(f"{name} {OPENS}")
         elif old is not Mode.FREE and old is not new:
             changes.append(f"{name} {new.value}")
     return tuple(changes)
@@ -105,7 +107,9 @@ def check_changes(
 
 
 def spell_release(change: str, before: Mapping[str, Mode]) -> str:
-    """Return a change with one name for the release of a latched contact, which a simulation states as its opening.
+    """Return a change with the present name of the release of a latched contact.
+
+    Simulations of earlier versions stated that it opens, and plans that it is closed if it can push from then on.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ The only module that distinguishes motions with one foot on the ground from thos
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -212,6 +213,7 @@ def _planar_event(event: PlanarEvent, kept: list[int]) -> EventView:
         is_impact=event.is_impact,
         impulses=event.impulse[kept],
         modes=tuple(after[i] for i in kept),
+        actuator_impulses=tuple(replace(stage, reaction=stage.reaction[kept]) for stage in event.actuator_impulses),
     )
 
 

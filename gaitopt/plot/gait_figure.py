@@ -13,6 +13,7 @@ from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
+from gaitopt.plot.impulse_marks import widen_legend_space
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.literal_text import show_invalid_math
 from gaitopt.plot.mode_bar import draw_mode_bar
@@ -247,6 +248,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
             handles, labels = _add_slip_keys(handles, labels, view)
         if handles:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
+            place_above |= widen_legend_space(axes)
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
             add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
     axes.set_xlabel("time [s]")

@@ -10,6 +10,7 @@ from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Segment
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.impulse_marks import draw_actuator_impulses
 from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, foot_line_style, line_style
 
 if TYPE_CHECKING:
@@ -206,13 +207,14 @@ def _draw_coordinates(axes: "Axes", view: MotionView, unit: str, factor: float) 
 
 
 def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
-    """Draw the torques or forces of actuators with their limits."""
+    """Draw the torques or forces of actuators with their limits, and the impulses of these actuators at impacts."""
     numbers = _number_channels(view)
     chosen = [(row, channel.name) for row, channel in enumerate(view.actuators) if channel.unit == unit]
     for row, name in chosen:
         values = [part.torque[row] for part in view.segments]
         _draw_line(axes, view, values, label=angle_symbol(name), **line_style(numbers[name]))
     _draw_limits(axes, view, [name for _, name in chosen])
+    draw_actuator_impulses(axes, view, {row: numbers[name] for row, name in chosen}, unit)
 
 
 def _draw_limits(axes: "Axes", view: MotionView, names: Sequence[str]) -> None:
@@ -253,7 +255,8 @@ def _draw_impulses(axes: "Axes", view: MotionView) -> None:
 def limit_time(axes: "Axes", view: MotionView) -> None:
     """Limit the time axis to a motion, with space for the mark of an impulse at its end."""
     begin, end = view.segments[0].time[0], view.segments[-1].time[-1]
-    marked = any(event.time == end and event.impulses[foot][1] > 0 for event in view.events for foot in view.feet)
+    last = [event for event in view.events if event.time == end]
+    marked = any(event.actuator_impulses or event.impulses[foot][1] > 0 for event in last for foot in view.feet)
     axes.set_xlim(begin, end + marked * MARK_SPACE * (end - begin))
 
 

@@ -11,6 +11,7 @@ from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.plot.ground_line import draw_ground
+from gaitopt.plot.impulse_arrows import ImpulseArrows
 from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, MODE_INK, leg_color
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ class Scene:
             force.set_UVC(*tilt(self._newton * frame.forces[foot], self._slope))
         for slide in self._film.slides(frame):
             self._mark(slide)
+        self._impulses.show(frame)
         self._look(frame)
 
     def _color(self, contact: int, exchanges: int) -> str:
@@ -127,10 +129,12 @@ class Scene:
         dots, cones, forces = (list(parts) for parts in zip(*self._contacts.values(), strict=True))
         cones[0].set_label("friction cone")
         forces[0].set_label("contact force")
-        axes.legend(handles=[forces[0], cones[0]], loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
+        self._impulses = ImpulseArrows(axes, self._film, self._height)
+        handles = [forces[0], cones[0], *self._impulses.handles]
+        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
         arcs = [line for lines in self._feet.values() for line in lines]
         legs = [*(line for _, _, line in self._links), *arcs, *self._spokes]
-        self.moving: list[Artist] = [*cones, *legs, self._joints, *dots, *forces]
+        self.moving: list[Artist] = [*cones, *legs, self._joints, *dots, *forces, *self._impulses.moving]
 
     def _add_feet(self, leg: dict[str, Any], layers: dict[int | None, int]) -> None:
         """Create the arcs of round feet."""

@@ -80,6 +80,41 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Stem:
+    """A value at one instant, drawn as a line from zero with a mark at its end.
+
+    Attributes
+    ----------
+    label : str
+    x, y : float
+    joint : int
+        Number of the joint, which determines the colour.
+    side : {-1, 1}
+        Whether the stem lies left or right of the instant, so that two of them are visible.
+    """
+
+    label: str
+    x: float
+    y: float
+    joint: int
+    side: int
+
+    @property
+    def style(self) -> str:
+        """Class of the line in the page's style sheet."""
+        return f"line-{self.joint % COLOURS}"
+
+    def draw(self, x_axis: Axis, y_axis: Axis) -> list[Element]:
+        """Return the line and the mark, a triangle on the side of the stem."""
+        x, zero, y = x_axis(self.x) + 2 * self.side, y_axis(0.0), y_axis(self.y)
+        tip = points((x, y - 5), (x, y + 5), (x + 8 * self.side, y))
+        line = element("polyline", class_=f"line solid {self.style}", points=points((x, zero), (x, y)))
+        mark = element("polygon", class_=f"dot {self.style} stem", points=tip)
+        mark.append(element("title", self.label))
+        return [line, mark]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Chart:
     """A line chart.
 
@@ -96,6 +131,8 @@ class Chart:
         Ends of the horizontal axis; by default those of the lines.
     closed : bool
         Whether a dashed line joins the end of each line to its start.
+    stems : sequence of Stem
+        Values at instants.
 
     Examples
     --------
@@ -114,6 +151,7 @@ class Chart:
     limits: Sequence[float] = ()
     span: tuple[float, float] | None = None
     closed: bool = False
+    stems: Sequence[Stem] = ()
 
     @cached_property
     def x_axis(self) -> Axis:
@@ -125,9 +163,19 @@ class Chart:
     @cached_property
     def y_axis(self) -> Axis:
         """The vertical axis."""
-        low, high = _range([*(y for line in self.lines for y in line.y), np.array(self.limits, dtype=float)])
+        low, high = _range([*(y for line in self.lines for y in line.y), np.array([*self.limits, *self._stem_ends])])
         margin = 0.07 * (high - low)
         return Axis(low - margin, high + margin, float(HEIGHT - BOTTOM), float(TOP))
+
+    @property
+    def _labels(self) -> list[str]:
+        """Labels of all lines and stems."""
+        return [*(line.label for line in self.lines), *(stem.label for stem in self.stems)]
+
+    @property
+    def _stem_ends(self) -> list[float]:
+        """Zero and the value of each stem."""
+        return [value for stem in self.stems for value in (0.0, stem.y)]
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Return the pixels of a point of the chart."""
@@ -150,6 +198,7 @@ class Chart:
             *_grid(x, y),
             *(element("path", class_="limit", d=f"M{x.start} {y(level):.2f}H{x.end}") for level in self.limits),
             *(part for line in self.lines for part in self._line(line)),
+            *(part for stem in self.stems for part in stem.draw(x, y)),
             element("text", self.x_label, class_="label", x=(x.start + x.end) / 2, y=HEIGHT - 4),
             element(
                 "text", self.y_label, class_="label", transform=f"translate(12 {(y.start + y.end) / 2}) rotate(-90)"
@@ -158,7 +207,7 @@ class Chart:
             *marks,
             viewBox=f"0 0 {WIDTH} {HEIGHT}",
             role="img",
-            aria_label=f"{self.title}: {', '.join(line.label for line in self.lines)}",
+            aria_label=f"{self.title}: {', '.join(self._labels)}",
         )
 
     def _line(self, line: Curve) -> list[Element]:

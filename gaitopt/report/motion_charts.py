@@ -1,6 +1,7 @@
 """The charts of a motion: quantities over time and phase portraits."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.report.chart import Chart, Curve
+from gaitopt.report.chart import Chart, Curve, Stem
 from gaitopt.report.walker_drawing import role_of
 
 Named = tuple[str, list[Array]]
@@ -35,7 +36,9 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
         _coordinate_chart(view, "rad", "Angles", "angle", "deg", np.rad2deg),
         _coordinate_chart(view, "m", "Lengths", "length", "m", np.asarray),
         _actuator_chart(view, "N m", "Torques", "torque", torque_limits),
+        _impulse_chart(view, "N m", "Impulses of torques at impacts"),
         _actuator_chart(view, "N", "Forces of actuators", "force", torque_limits),
+        _impulse_chart(view, "N", "Impulses of actuator forces at impacts"),
     ]
     if several and view.loaded:
         title = "Normal forces over the weight"
@@ -92,12 +95,37 @@ def _actuator_chart(view: MotionView, unit: str, title: str, quantity: str, ever
     return _joint_chart(view, title, f"{quantity} [{unit}]", unit, curves, limits)
 
 
+def _impulse_chart(view: MotionView, unit: str, title: str) -> Chart | None:
+    """Return the chart of the impulses of the actuators of a unit at impacts, if there are any."""
+    joints = _number_channels(view)
+    stems = [
+        Stem(
+            label=f"{channel.name} {stage.moment} impact",
+            x=event.time,
+            y=float(stage.impulse[row]),
+            joint=joints[channel.name],
+            side=-1 if stage.moment == "before" else 1,
+        )
+        for event in view.events
+        for stage in event.actuator_impulses
+        for row, channel in enumerate(view.actuators)
+        if channel.unit == unit and stage.impulse[row]
+    ]
+    if not stems:
+        return None
+    return replace(_make_chart(view, title, f"impulse [{unit} s]", f"{unit} s", (), ()), stems=stems)
+
+
+def _number_channels(view: MotionView) -> dict[str, int]:
+    """Return the number of each coordinate and actuator, which determines its colour."""
+    coordinates = [channel.name for each in ("rad", "m") for _, channel in view.channels(each)]
+    return number_joints(coordinates, [channel.name for channel in view.actuators])
+
+
 def _joint_chart(
     view: MotionView, title: str, label: str, unit: str, curves: Sequence[Named], limits: tuple[float, ...]
 ) -> Chart | None:
-    time = tuple(part.time for part in view.segments)
-    coordinates = [channel.name for each in ("rad", "m") for _, channel in view.channels(each)]
-    joints = number_joints(coordinates, [channel.name for channel in view.actuators])
+    time, joints = tuple(part.time for part in view.segments), _number_channels(view)
     lines = [Curve(label=name, x=time, y=tuple(parts), joint=joints.get(name)) for name, parts in curves]
     return _make_chart(view, title, label, unit, lines, limits) if lines else None
 

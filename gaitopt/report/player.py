@@ -8,6 +8,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.shown_impulses import list_shown_impulses
 from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.report.chart import Chart, Curve
 from gaitopt.report.markup import Element, data_element, element
@@ -62,6 +63,7 @@ def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
     """
     film = AnimationFrames(gait.motion, steps=1, rate=RATE, slow=SLOW)
     stage = Stage(film, steps=STEPS, name=name)
+    impulses = list_shown_impulses(film, STEPS)
     frames = [film.frame(number) for number in range(len(film))]
     positions = stage.frames()
     for frame, position in zip(frames, positions, strict=True):
@@ -82,9 +84,9 @@ def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
     return element(
         "div",
         _sequence(film.motion),
-        stage.draw(),
+        stage.draw(stage.draw_impulses(impulses)),
         _controls(STEPS * len(frames) - 1),
-        _key(film.motion),
+        _key(film.motion, impulsive=bool(impulses)),
         data_element(data, class_="film"),
         class_="player",
         role="group",
@@ -115,10 +117,11 @@ def _controls(last: int) -> Element:
     )
 
 
-def _key(view: MotionView) -> Element:
+def _key(view: MotionView, *, impulsive: bool) -> Element:
     legs = sorted({contact for contact in view.link_contacts if contact is not None})
     names = ("one leg", "the other leg") if view.is_single_support else [view.contacts[leg].name for leg in legs]
     parts = [("force", "contact force"), ("cone", "friction cone")]
+    parts += [("impulse", "reaction to impulses of actuators")] if impulsive else []
     parts += [(role_of(view, leg), name) for leg, name in zip(legs, names, strict=False)]
     return element(
         "p",

@@ -191,6 +191,7 @@ def chart_figure(chart: Chart) -> Element:
         element("span", element("i", class_=f"key-line {line.style}"), line.label, " ", element("output"))
         for line in chart.lines
     ]
+    keys += [element("span", element("i", class_=f"key-line {stem.style}"), stem.label) for stem in chart.stems]
     return _figure(chart.title, chart.draw(), element("p", *keys, class_="key"), class_="chart")
 
 

@@ -1,5 +1,6 @@
 """The walker on its ground as SVG, and the positions of all its parts in each frame of an animation."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.shown_impulses import SHARE, ShownImpulse
 from gaitopt.report.markup import Element, element, points
 
 TALL, WIDEST, FLOOR = 360, 720, 46
@@ -71,8 +73,26 @@ class Stage:
         """Return the pixel positions of all moving parts, for each frame of one step."""
         return [self._positions(self._film.frame(number)) for number in range(len(self._film))]
 
-    def draw(self) -> Element:
-        """Return the picture in its first frame."""
+    def draw_impulses(self, impulses: Sequence[ShownImpulse]) -> list[Element]:
+        """Return the impulses of actuators: their values, and arrows of the reactions at the feet."""
+        parts, length = [], SHARE * self._tall * self._scale
+        for each in impulses:
+            starts, arrows = self._pixels(each.places), length * tilt(each.arrows, self._slope)
+            ends = [
+                _round_pixels([x, y, x + along, y - up]) for (x, y), (along, up) in zip(starts.T, arrows.T, strict=True)
+            ]
+            lines = [
+                element("line", class_="reaction", x1=a, y1=b, x2=c, y2=d, marker_end=f"url(#{self._name}-arrow)")
+                for a, b, c, d in ends
+            ]
+            rows = range(16, 16 + 15 * len(each.lines), 15)
+            texts = [element("text", line, x=6, y=y) for line, y in zip(each.lines, rows, strict=True)]
+            shown = {"data_begin": round(each.begin, 4), "data_end": round(each.end, 4)}
+            parts.append(element("g", *lines, *texts, class_="impulse", **shown))
+        return parts
+
+    def draw(self, above: Sequence[Element] = ()) -> Element:
+        """Return the picture in its first frame, with elements above it."""
         first = self._film.frame(0)
         positions = self._positions(first)
         lines = [
@@ -101,6 +121,7 @@ class Stage:
             *joints,
             *forces,
             *feet,
+            *above,
             class_="stage",
             viewBox=f"0 0 {self._width} {self._height}",
             role="img",

@@ -3,14 +3,17 @@
 import ctypes
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, feedforward
 from gaitopt.control import PlanarLaw, planar_feedforward, planar_joint_pd
+from gaitopt.control.planar_laws.planar_law import PlannedImpulses
 from gaitopt.export import write_python
 from gaitopt.model import compass_with_two_feet
+from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.ocp import PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.simulation.planar_simulation.planar_torque import make_torque
 from gaitopt.tuning import planar_step_lqr
@@ -40,6 +43,14 @@ def two_parts(gait):
     (part,) = planar_joint_pd(gait, stiffness=20, damping=5).parts
     other = part.with_gains({name: 2 * value for name, value in part.gain_values.items()})
     return PlanarLaw("two parts", "foot B closes", (part, other))
+
+
+def with_impulses(gait):
+    """Return a law of two parts with impulses at the impacts that end them."""
+    first = EventImpulses(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, -0.3]))
+    second = EventImpulses(np.array([0.0, -0.5, 0.0]), np.array([1 / 3, 0.0, 0.0]))
+    planned = PlannedImpulses("hip point", first), PlannedImpulses("foot B", second)
+    return replace(two_parts(gait), impulses=planned)
 
 
 LAWS = {
@@ -116,6 +127,60 @@ def test_the_c_code_has_the_dynamics_and_gaps_of_the_robot(tmp_path, walk, rng):
     assert mass.reshape(n, n, order="F") == pytest.approx(np.array(expected[0]), rel=1e-13)
     assert bias == pytest.approx(np.array(expected[1]).ravel(), rel=1e-12, abs=1e-12)
     assert gap == pytest.approx(np.array(robot.gaps(q, p)[0]).ravel(), rel=1e-13)
+
+
+def list_impulses(robot, law, rng):
+    """Yield an event, its state, and the impulses of the simulator at the impact of each contact after it."""
+    source, memory, time = make_torque(robot, law), None, 0.0
+    for event in (1, 2, 1, 2, 1):
+        time += 0.1
+        q, v = rng.uniform(-0.3, 0.3, robot.n_q), rng.uniform(-1, 1, robot.n_q)
+        section = "foot A" if memory is not None and memory.mirrored else "foot B"
+        memory = source.pass_impact(memory, [section if event == 1 else "hip point"], time, q, v)
+        acting = {name: source.impulses(memory, [name]) for name in robot.contact_names}
+        yield event, q, v, {name: np.zeros((2, 3)) if each is None else np.array(each) for name, each in acting.items()}
+
+
+def test_the_python_controller_has_the_impulses_of_the_simulator(tmp_path, walk, rng):
+    law = with_impulses(walk)
+    controller = run_module(write_python(walk.robot, law, tmp_path / "controller.py"))["Controller"]()
+    acted = []
+    for event, q, v, expected in list_impulses(walk.robot, law, rng):
+        if event == 1:
+            controller.begin(q, v)
+        else:
+            controller.impact()
+        for name, values in expected.items():
+            assert controller.impulses(name).tolist() == values.tolist()
+        acted += [name for name, values in expected.items() if values.any()]
+    assert acted == ["hip point", "foot B", "hip point", "foot A", "hip point"]
+    table = (tmp_path / "controller.py").read_text()
+    assert "# part 1, foot B closes, ankle B, before: -0.5 N m s" in table.splitlines()
+
+
+@compiled
+@pytest.mark.slow
+def test_the_c_controller_has_the_impulses_of_the_simulator(tmp_path, walk, rng):
+    law, names = with_impulses(walk), walk.robot.contact_names
+    library = build(walk.robot, law, walk.motion.parameters, tmp_path, "walker")
+    library.walker_update.restype = library.walker_next_impulses.restype = None
+    state, following, torque = np.zeros(4), np.zeros(4), np.zeros(3)
+    contact, before, after = np.zeros(1), np.zeros(3), np.zeros(3)
+    for event, q, v, expected in list_impulses(walk.robot, law, rng):
+        numbers = ctypes.c_double(0.0), ctypes.c_double(event)
+        outputs = [array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in (following, torque)]
+        library.walker_update(pointer(state), *numbers, pointer(q), pointer(v), *outputs)
+        state[:] = following
+        outputs = [array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in (contact, before, after)]
+        library.walker_next_impulses(pointer(state), *outputs)
+        (acting,) = [name for name, values in expected.items() if values.any()]
+        assert names[int(contact[0])] == acting
+        assert np.array([before, after]).tolist() == expected[acting].tolist()
+
+
+def test_code_without_impulses_has_no_table(tmp_path, walk):
+    text = write_python(walk.robot, planar_feedforward(walk), tmp_path / "plain.py").read_text()
+    assert "impulse" not in text.lower()
 
 
 def test_the_controller_of_a_hop_replays_the_plan(tmp_path, hop_gait):

@@ -46,7 +46,7 @@ def test_changes_are_read_in_any_order():
 
 
 @pytest.mark.parametrize("kind", ["released", "opens"])
-def test_a_release_is_read_as_plan_and_simulation_print_it(kind):
+def test_a_release_is_read_by_its_present_and_its_former_name(kind):
     text = f"{KNEED} (foot B closes & foot A opens & knee A {kind})"
     assert str(PhaseSequence.parse(text, kneed_walker())) == KNEED
 

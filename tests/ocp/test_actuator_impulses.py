@@ -8,6 +8,7 @@ costs 4 cos^4(al) times more.
 
 import functools
 import math
+import runpy
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -18,7 +19,6 @@ from scipy.integrate import quad
 from gaitopt import Collocation, InputError, load, save
 from gaitopt.cli.script import call_script
 from gaitopt.control import planar_feedforward
-from gaitopt.errors import GaitoptError
 from gaitopt.export import write_python
 from gaitopt.model import compass_with_two_feet, telescoping_biped
 from gaitopt.model.contacts.contact_state import ContactState
@@ -150,12 +150,13 @@ def test_tables_and_json_state_the_impulses():
 
 
 @pytest.mark.slow
-def test_what_does_not_support_impulses_refuses_them(tmp_path):
+def test_an_exported_controller_and_the_second_replay_have_the_impulses(tmp_path):
     gait = ankle_gait()
-    with pytest.raises(InputError, match="exported controller cannot apply"):
-        write_python(gait.robot, planar_feedforward(gait), tmp_path / "law.py")
-    with pytest.raises(GaitoptError, match="does not support impulses"):
-        replay_planar_again(gait)
+    controller = write_python(gait.robot, planar_feedforward(gait), tmp_path / "law.py")
+    before, after = gait.motion.events[-1].actuator_impulses
+    exported = runpy.run_path(str(controller))["Controller"]().impulses("foot B")
+    assert exported.tolist() == [before.impulse.tolist(), after.impulse.tolist()]
+    assert replay_planar_again(gait).state_error < 1e-7
 
 
 @pytest.mark.slow
@@ -223,6 +224,20 @@ def test_the_optimal_push_off_is_that_of_the_point_mass():
     assert after.absorbed[1] == pytest.approx(before.generated[0], rel=0.01)
     torques = sum(np.abs(np.diff(segment.work[:2], axis=1)).sum() for segment in gait.motion.segments)
     assert torques < 0.02 * WALK  # between the touchdowns the legs do no work
+
+
+@pytest.mark.slow
+def test_the_multipliers_of_the_walk_with_a_push_off_are_those_of_its_return_map():
+    """The derivative, with the impulses of both legs, is compared with differences of the simulated return map."""
+    gait = solve_planar(call_script(SCRIPT, ["impulse_limit=1", "intervals=8"]))
+    law, cycle = planar_feedforward(gait), assess_planar(gait)
+    ((_, (before, after)),) = law.impulses
+    assert min(before[0], after[1]) > 0.1
+    coarse, fine = (planar_differences(gait.robot, cycle, law, step=step) for step in (1e-6, 1e-7))
+    assert cycle.derivative == pytest.approx(coarse, abs=1e-5)
+    assert cycle.derivative == pytest.approx(fine, abs=1e-6)  # the torques are linear between nodes: error ~ step
+    assert np.sort_complex(cycle.multipliers) == pytest.approx(np.sort_complex(np.linalg.eigvals(fine)), abs=1e-5)
+    assert cycle.radius > 5  # the walk is unstable with its torques and impulses in open loop
 
 
 def compass(*impulses, **changes):

@@ -161,8 +161,8 @@ def test_the_replay_of_a_soft_touchdown_states_its_reason_and_its_whole_sequence
     assert not any("soft" in text for text in verify_planar(gait).verification.reasons)
 
 
-def test_the_release_of_a_latched_contact_has_two_names_and_is_no_difference():
-    """A plan states that a latched knee is released, a simulation that it opens."""
+def test_the_former_names_of_the_release_of_a_latched_contact_are_no_difference():
+    """Earlier versions stated that a latched knee opens, or that it is closed if it can push from then on."""
     robot = vertical_hopper()
     walked = simulate_planar(robot, [0.7, 0.2], [0, 0], {}, until="sole opens").motion
     (event, *others), latch = walked.events, robot.contact_names[0]

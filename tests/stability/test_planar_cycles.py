@@ -89,7 +89,7 @@ def test_the_knee_strikes_at_the_reference_time(kneed_gait):
     assert strike.names == ("knee B closes",)
     assert strike.time == pytest.approx(KNEE_STRIKE, abs=1e-12)
     assert kneed_gait.sequence == ("foot A stick, knee A latched | foot A stick, knee A latched, knee B latched |")
-    assert kneed_gait.motion.events[1].names == ("foot B closes", "foot A opens", "knee A opens")
+    assert kneed_gait.motion.events[1].names == ("foot B closes", "foot A opens", "knee A released")
 
 
 def test_the_energy_lost_is_the_work_of_gravity(round_gait, kneed_gait):

@@ -1,5 +1,6 @@
 """The audit: a second integrator agrees with verified gaits, and finds plans that are wrong."""
 
+import hashlib
 import json
 from dataclasses import replace
 
@@ -8,7 +9,7 @@ import pytest
 
 from gaitopt import ArchiveError, GaitoptError, InputError, verify
 from gaitopt.cli.audit_command import summarise_audit
-from gaitopt.cli.audit_problems import DRAWS, audit_number, draw_settings
+from gaitopt.cli.audit_problems import DRAWS, DRAWS_WITH_IMPULSES, audit_impulse_number, audit_number, draw_settings
 from gaitopt.cli.script import call_script
 from gaitopt.model import flat_foot_walker
 from gaitopt.study.audit import audited_problem
@@ -18,6 +19,7 @@ from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.piecewise_integration import SmoothPiece, integrate_piece
 from gaitopt.study.audit.second_planar_replay import replay_planar_again
 from gaitopt.study.audit.second_replay import replay_again
+from tests.ocp.test_actuator_impulses import ankle_gait
 
 SEED = 18
 
@@ -148,6 +150,41 @@ def test_draws_are_seeded_and_valid():
     assert {"compass_slip", "round_feet_slip", "compass_with_torso", "five_link", "monopod"} <= {n for n, _ in drawn}
 
 
+def test_the_numbers_of_the_published_audit_have_the_same_problems():
+    """Digest of the settings of the 1000 problems of the page on the audit, before problems with impulses existed."""
+    drawn = json.dumps([draw_settings(SEED, number) for number in range(1000)])
+    digest = "240b2ab1bfc8698888bfaa1002fdd95124714066848735249005f7430b5fd2c3"
+    assert hashlib.sha256(drawn.encode()).hexdigest() == digest
+    assert draw_settings(SEED, 45) == ("telescoping_biped", ("speed=0.578125", "step_length=0.445599"))
+
+
+def test_draws_with_impulses_are_valid():
+    for number in range(5):
+        name, settings = draw_settings(SEED, number, DRAWS_WITH_IMPULSES)
+        assert len(call_script(audit_script(name), list(settings)).impulses) == 2
+
+
+@pytest.mark.slow
+def test_a_problem_with_impulses_is_verified_by_the_second_integrator():
+    record = audit_impulse_number((SEED, None), 0)
+    assert record["result"] == VERIFIED, record
+    assert record["second_error"] < 1e-6
+
+
+@pytest.mark.slow
+def test_the_second_replay_finds_a_wrong_impulse():
+    """An impulse in the file that is 1 % larger than the planned one changes the rates after the impact."""
+    gait = ankle_gait()
+    last = gait.motion.events[-1]
+    for number in range(2):
+        stages = list(last.actuator_impulses)
+        stages[number] = replace(stages[number], impulse=1.01 * stages[number].impulse)
+        event = replace(last, actuator_impulses=tuple(stages))
+        motion = replace(gait.motion, events=(*gait.motion.events[:-1], event))
+        assert "deviates by" in describe_disagreement(gait, replay_planar_again(gait.replace_fields(motion=motion)))
+    assert not describe_disagreement(gait, replay_planar_again(gait))
+
+
 def test_a_handful_of_problems():
     """The first problem of each of three scripts; `gaitopt audit --count 1000` solves more of them."""
     first = {}
@@ -168,6 +205,8 @@ def test_results_are_stored_and_resumed(tmp_path):
     assert list(AuditFile(path, 1, None)) == ["0", "1"]
     with pytest.raises(InputError, match="another seed or number of starts"):
         AuditFile(path, 2, None)
+    with pytest.raises(InputError, match="or kind of problems"):
+        AuditFile(path, 1, None, impulses=True)
     head = {"format": "gaitopt audit", "format_version": 1, "seed": 1, "starts": None}
     for damaged in ({"0": 3}, [], None):
         path.write_text(json.dumps(head | {"problems": damaged}))

@@ -8,6 +8,7 @@ function startPlayer(section) {
   const [stage, button, slider, stamp] = [".stage", ".play", ".time", ".stamp"].map(find);
   const all = (name) => [...player.querySelectorAll(name)];
   const [links, rims, joints, marks, tokens, outcomes] = [".link", ".rim", ".joint", ".mark", ".token", ".token.impact"].map(all);
+  const impulses = all(".impulse").filter((part) => part.closest(".stage"));
   const [cones, forces, feet] = [".stage .cone", ".stage .force", ".stage .foot"].map(all);
   const charts = [...section.querySelectorAll("figure.chart")].map((figure) => ({
     dots: [...figure.querySelectorAll(".dot")],
@@ -38,6 +39,10 @@ function startPlayer(section) {
     for (const mark of marks) {
       const { step: own, phase } = mark.dataset;
       mark.classList.toggle("made", own < step || (own == step && phase <= frame.phase));
+    }
+    for (const impulse of impulses) {
+      const { begin, end } = impulse.dataset, shown = number / film.rate;
+      impulse.classList.toggle("made", begin <= shown && shown < end);
     }
     tokens.forEach((token) => token.classList.toggle("now", token.dataset.phase == frame.phase));
     outcomes.forEach((token) => token.classList.toggle("now", step > 0 && (number % perStep) < 0.3 * film.rate));

@@ -258,10 +258,10 @@ class EventResolution:
         names = [f"{self.robot.contact_names[i]} closes" for i in closing]
         changes = zip(self.robot.contact_names, before.modes, after.modes, strict=True)
         for i, (name, old, new) in enumerate(changes):
-            if new is Mode.FREE and (old is not Mode.FREE or i in closing):
-                names.append(f"{name} opens")
-            elif old is Mode.LATCHED and new is not Mode.LATCHED:
+            if old is Mode.LATCHED and new is not Mode.LATCHED:
                 names.append(f"{name} released")
+            elif new is Mode.FREE and (old is not Mode.FREE or i in closing):
+                names.append(f"{name} opens")
             elif old is not Mode.FREE and new is not old:
                 names.append(f"{name} {new.value}")
             if None not in (pieces := (_piece_of(before, i), _piece_of(after, i))) and pieces[0] != pieces[1]:

@@ -176,7 +176,7 @@ def follow(
             break
         end, event = resolved
         events.append(event)
-        if ends and ends[done % len(ends)] in event.names:
+        if ends and event.includes(ends[done % len(ends)]):
             done += 1
             if done == steps:
                 stop = Stop.EVENT_REACHED

@@ -24,6 +24,8 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
     seed : int
     starts : int or None
         Seed and number of starts of the audit; a file with others is refused.
+    impulses : bool
+        Whether the problems have impulses of actuators; a file with the other kind is refused.
 
     Raises
     ------
@@ -40,8 +42,9 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
     {'0': {'result': 'verified'}}
     """
 
-    def __init__(self, path: Path | None, seed: int, starts: int | None) -> None:
-        self._path, self._settings = path, {"seed": seed, "starts": starts}
+    def __init__(self, path: Path | None, seed: int, starts: int | None, *, impulses: bool = False) -> None:
+        self._path, self._settings = path, {"seed": seed, "starts": starts, "impulses": impulses}
+        self.impulses = impulses
         self._written = 0.0
         self._problems: dict[str, dict[str, Any]] = {}
         if path is not None and path.exists():
@@ -75,10 +78,12 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
 def _read(path: Path, settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the results in a file."""
     with read_json(path, KIND, "gaitopt audit -o") as facts:
-        same = {name: facts[name] for name in settings} == settings
+        same = {name: {"impulses": False, **facts}[name] for name in settings} == settings  # once without this option
         problems = {
             str(int(key)): {**value, "result": str(value["result"])} for key, value in facts["problems"].items()
         }
     if not same:
-        raise InputError(f"{path} contains an audit with another seed or number of starts; choose another file.")
+        raise InputError(
+            f"{path} contains an audit with another seed or number of starts or kind of problems; choose another file."
+        )
     return problems

@@ -77,12 +77,14 @@ class ContactSolver:
         force = actuation.reshape(self.n, torque.size) @ torque  # with one actuator, the matrix is a vector
         return self.solve(contacts, (mass, *self.rows(q, v)), force - bias)
 
-    def collide(self, contacts: Contacts, state: Array) -> Solution:
-        """Return the rates after an impact, and the impulses."""
+    def collide(self, contacts: Contacts, state: Array, impulse: Array) -> Solution:
+        """Return the rates after an impact or impulses of actuators (n_u,), and the impulses of the contacts."""
         q, v = state[: self.n], state[self.n :]
-        mass, normal, tangent = self.dynamics(q, v)[0], *self.rows(q, v)[:2]
+        mass, _, actuation = self.dynamics(q, v)
+        normal, tangent = self.rows(q, v)[:2]
+        push = actuation.reshape(self.n, impulse.size) @ impulse
         nothing = np.zeros(len(self.bodies))
-        return self.solve(contacts, (mass, normal, tangent, nothing, nothing), mass @ v)
+        return self.solve(contacts, (mass, normal, tangent, nothing, nothing), mass @ v + push)
 
     def slip_speed(self, body: str, closed: tuple[int, ...], state: Array) -> float:
         """Return the slip speed of a body on the ground [m/s]."""

@@ -1,7 +1,8 @@
 """A second replay of gaits with several contacts: SciPy's integrator and separate contact equations.
 
 Only the symbolic equations of the robot are shared with the simulator: mass matrix, bias and actuation, gaps and their
-Jacobians.  Contact forces, contact modes, event location and impacts are computed here.  Closed contacts of one body
+Jacobians.  Contact forces, contact modes, event location, impacts and the effect of the planned impulses of actuators
+are computed here.  Closed contacts of one body
 have a common tangential force and slip direction.  Joint stops, latches and switched springs are not supported.
 """
 
@@ -14,6 +15,7 @@ import numpy as np
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.piecewise_integration import Crossing, SmoothPiece, TorqueTable, integrate_piece
 from gaitopt.study.audit.second_replay import INSTANT, NAMES, SecondReplay
@@ -49,7 +51,7 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
     Raises
     ------
     GaitoptError
-        If the robot has joint stops, latches or switched springs, or the gait has impulses of actuators.
+        If the robot has joint stops, latches or switched springs.
 
     Examples
     --------
@@ -61,8 +63,6 @@ def replay_planar_again(gait: PlanarGait) -> SecondReplay:
         raise GaitoptError(
             f"The second replay does not support joint stops and switched springs, which robot {robot.name} has."
         )
-    if any(event.actuator_impulses for event in gait.motion.events):
-        raise GaitoptError("The second replay does not support impulses of actuators, which this gait has.")
     return _Period(gait).run()
 
 
@@ -77,6 +77,7 @@ class _Period:
         self._swings = SwingWatch(self.solver)
         self._n, self._tables = robot.n_q, _tables(gait)
         self._table, self._begin = self._tables.pop(0), 0.0
+        self._impulses = [_read_impulses(gait, event) for event in motion.events if event.is_impact]
 
     def run(self) -> SecondReplay:
         """Return the result of the replay."""
@@ -216,29 +217,47 @@ class _Period:
         return 0 if inside else -int(np.sign(tangential[body]))
 
     def _land(self, contacts: Contacts, end: Crossing, last: bool) -> Contacts | None:
-        """Return the modes after an impact; the rates of the state change."""
+        """Return the modes after an impact and the impulses of actuators at it; the rates of the state change."""
         gaps, normal = (
             self.solver.gaps(end.state[: self._n])[0],
             self.solver.rows(end.state[: self._n], end.state[self._n :])[0],
         )
         landing = int((end.name or "").split()[1])
         falls = [c for c in range(gaps.size) if abs(gaps[c]) < AT_REST and normal[c] @ end.state[self._n :] < 0]
-        places = tuple(sorted({*contacts.closed, landing, *falls}))
+        places, impulses = tuple(sorted({*contacts.closed, landing, *falls})), self._take_impulses({landing, *falls})
+        closed = contacts.closed
+        if impulses[0].any() and self._jump(closed, end.state, impulses[0]) is None:
+            return None
+        modes = self._jump(places, end.state, np.zeros_like(impulses[0]))
+        if modes is not None and impulses[1].any():
+            closed = tuple(c for c in places if normal[c] @ end.state[self._n :] < AT_REST)
+            modes = self._jump(closed, end.state, impulses[1])
+            places = closed
+        if modes is None or last:
+            return modes
+        if self._tables:
+            self._table = self._tables.pop(0)
+        on_ground = tuple(c for c in places if normal[c] @ end.state[self._n :] < AT_REST)
+        return self._settle(on_ground, end.time, end.state)
+
+    def _take_impulses(self, closing: set[int]) -> Array:
+        """Return the planned impulses at the next impact, shape (2, n_u); zero if other contacts close."""
+        planned, values = self._impulses.pop(0) if self._impulses else (set[int](), np.zeros((2, self.gait.robot.n_u)))
+        return values if planned & closing else np.zeros_like(values)
+
+    def _jump(self, places: tuple[int, ...], state: Array, impulse: Array) -> Contacts | None:
+        """Return the modes of an instantaneous change of the rates under impulses of actuators, and apply it."""
         for modes in self.solver.list_modes(places):
-            v_plus = self._outcome(modes, places, end.state)
-            if v_plus is None:
-                continue
-            end.state[self._n :] = v_plus
-            if self._tables:
-                self._table = self._tables.pop(0)
-            on_ground = tuple(c for c in places if normal[c] @ v_plus < AT_REST)
-            return modes if last else self._settle(on_ground, end.time, end.state)
+            v_plus = self._outcome(modes, places, state, impulse)
+            if v_plus is not None:
+                state[self._n :] = v_plus
+                return modes
         return None
 
-    def _outcome(self, modes: Contacts, places: tuple[int, ...], state: Array) -> Array | None:
+    def _outcome(self, modes: Contacts, places: tuple[int, ...], state: Array, impulse: Array) -> Array | None:
         """Return the rates after an impact in some modes, or None if these are not consistent."""
         try:
-            v_plus, normal, tangential = self.solver.collide(modes, state)
+            v_plus, normal, tangential = self.solver.collide(modes, state, impulse)
         except np.linalg.LinAlgError:
             return None
         after = np.concatenate([state[: self._n], v_plus])
@@ -298,6 +317,14 @@ def _tables(gait: PlanarGait) -> list[TorqueTable]:
             groups.append(_table(segments))
             segments = []
     return [*groups, *([_table(segments)] if segments else [])]
+
+
+def _read_impulses(gait: PlanarGait, event: PlanarEvent) -> tuple[set[int], Array]:
+    """Return the contacts that close at an impact, and the impulses of actuators before and after it."""
+    names, values = gait.robot.contact_names, np.zeros((2, gait.robot.n_u))
+    for stage in event.actuator_impulses:
+        values[int(stage.moment == "after")] = stage.impulse
+    return {place for place, name in enumerate(names) if f"{name} closes" in event.names}, values
 
 
 def _table(segments: list) -> TorqueTable:
