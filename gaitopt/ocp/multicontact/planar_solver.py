@@ -19,6 +19,7 @@ from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
+from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
@@ -44,6 +45,8 @@ from gaitopt.status import Status
 
 MOST_REPAIRS = 3
 """Largest number of further solves of a grid whose contacts close too early or from below."""
+MOST_FOR_REPLAY = 2
+"""Largest number of refinements of an accurate plan that is predicted to fail its replay."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
@@ -62,8 +65,10 @@ def solve_planar(
 
     The first start is the guess of the problem; the others have random durations of the phases.  If the durations are
     stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
-    and then intervals, until the plan is accurate between its nodes.  If the contact sequence leaves modes open, each
-    sequence that it stands for is solved from every start; :func:`gaitopt.search` also replays and ranks them.
+    and then intervals, until the plan is accurate between its nodes, and at most twice more if its replay is predicted
+    to fail.  If no start succeeds, the problem is solved from its solution on half as many intervals, and then from a
+    motion that satisfies all limits.  If the contact sequence leaves modes open, each sequence that it stands for is
+    solved from every start; :func:`gaitopt.search` also replays and ranks them.
 
     Parameters
     ----------
@@ -124,8 +129,16 @@ def solve_planar(
     nearest = min(range(len(gaits)), key=lambda number: rank_of(gaits[number].solver.constraint_violation))
     if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
         return gaits[nearest]
-    solve_once = functools.partial(_solve_start, number=0, solver=solver, observer=observer)
-    return conclude_planar_failure(closed[nearest // starts], gaits[nearest], solver, observer, solve_once)
+    return _solve_again(closed[nearest // starts], gaits[nearest], solver, observer)
+
+
+def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
+    """Return the gait found from a coarser grid or from a feasible motion if all starts have failed, or the failure."""
+    solve_once = functools.partial(_solve_start, number=0, observer=observer)
+    rescued = solve_from_coarse_grid(problem, solver, lambda each, limited: solve_once(each, solver=limited))
+    if rescued is not None:
+        return rescued if rescued.status.ok else failure.replace_fields(status=rescued.status)
+    return conclude_planar_failure(problem, failure, solver, observer, functools.partial(solve_once, solver=solver))
 
 
 def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
@@ -288,19 +301,27 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
 
 
 def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
-    """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance = result.problem.transcription.tolerance
-    while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
+    """Return the solution with more points or intervals, until it is accurate between its nodes.
+
+    At the end it is also refined until it is predicted to pass its replay, but only a few times.
+    """
+    tolerance, attempts = result.problem.transcription.tolerance, MOST_FOR_REPLAY if from_below else 0
+    while result.outcome.status.ok and math.isfinite(tolerance):
+        accurate = result.error <= tolerance
+        if accurate and not (attempts and result.fails_replay):
+            break
+        attempts -= accurate
         method = next(methods, None)
         if method is None:
-            return result.mark_inaccurate()
+            return result if accurate else result.mark_inaccurate()
         guess = FromPlanarGait(_report(result, start))
         finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
         finer = start.exclude_invalid_touchdowns(finer, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
-            return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
+            ending = f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals"
+            return result if accurate else result.mark_inaccurate(ending)
         result = finer
     return result
 
