@@ -79,9 +79,9 @@ class GridResult:
     def fails_replay(self) -> bool:
         """Whether a plan that is accurate between its nodes is predicted to fail its replay; False if not known.
 
-        A problem with a tolerance beyond that of a replay accepts such a plan.
+        A problem whose tolerance is that of a replay or larger accepts such a plan.
         """
-        return self.problem.transcription.tolerance <= REPLAYABLE and self.replay_error > REPLAYABLE
+        return self.problem.transcription.tolerance < REPLAYABLE and self.replay_error > REPLAYABLE
 
     @cached_property
     def early_touchdowns(self) -> dict[int, float]:

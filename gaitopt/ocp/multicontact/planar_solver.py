@@ -273,7 +273,9 @@ def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -
     for from_below in (False, True):
         result = start.exclude_invalid_touchdowns(result, from_below=from_below)
         result = _refine(start, result, remaining, from_below=from_below)
-    return result.mark_inaccurate() if result.has_invalid_touchdown else result
+    if result.has_invalid_touchdown:
+        return result.mark_inaccurate()
+    return _refine_for_replay(start, result, remaining)
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -301,29 +303,45 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
 
 
 def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
-    """Return the solution with more points or intervals, until it is accurate between its nodes.
-
-    At the end it is also refined until it is predicted to pass its replay, but only a few times.
-    """
-    tolerance, attempts = result.problem.transcription.tolerance, MOST_FOR_REPLAY if from_below else 0
-    while result.outcome.status.ok and math.isfinite(tolerance):
-        accurate = result.error <= tolerance
-        if accurate and not (attempts and result.fails_replay):
-            break
-        attempts -= accurate
+    """Return the solution with more points or intervals, until it is accurate between its nodes."""
+    tolerance = result.problem.transcription.tolerance
+    while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
         method = next(methods, None)
         if method is None:
-            return result if accurate else result.mark_inaccurate()
-        guess = FromPlanarGait(_report(result, start))
-        finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
-        finer = start.exclude_invalid_touchdowns(finer, from_below=from_below)
+            return result.mark_inaccurate()
+        finer = _solve_on_finer_grid(start, result, method, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
-            ending = f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals"
-            return result if accurate else result.mark_inaccurate(ending)
+            return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
         result = finer
     return result
+
+
+def _refine_for_replay(start: _Start, result: GridResult, methods: Iterator[Collocation]) -> GridResult:
+    """Return the solution with more points or intervals if the given one is predicted to fail its replay.
+
+    A solution on a finer grid that is not accurate, or not predicted to be closer to its replay, is discarded.
+    """
+    for _ in range(MOST_FOR_REPLAY):
+        method = next(methods, None) if result.outcome.status.ok and result.fails_replay else None
+        if method is None:
+            break
+        finer = _solve_on_finer_grid(start, result, method, from_below=True)
+        if finer.outcome.status is Status.INTERRUPTED:
+            return result.mark_interrupted(finer.outcome.message)
+        accurate = finer.error <= finer.problem.transcription.tolerance and not finer.has_invalid_touchdown
+        if not (accurate and finer.replay_error < result.replay_error):
+            break
+        result = finer
+    return result
+
+
+def _solve_on_finer_grid(start: _Start, result: GridResult, method: Collocation, *, from_below: bool) -> GridResult:
+    """Return the solution on a finer grid near another one, without invalid touchdowns if possible."""
+    guess = FromPlanarGait(_report(result, start))
+    finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
+    return start.exclude_invalid_touchdowns(finer, from_below=from_below)
 
 
 def _report(result: GridResult, start: _Start) -> PlanarGait:
