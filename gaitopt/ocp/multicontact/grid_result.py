@@ -12,14 +12,17 @@ from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
 from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_remarks import (
+    REPLAYABLE,
     find_least_forces,
     find_worst_phase,
     report_early_touchdowns,
     report_inaccuracy,
+    report_magnification,
     report_penetrations,
     report_shortest_phases,
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.multicontact.replay_prediction import predict_replay_error
 from gaitopt.ocp.multicontact.touchdown_from_below import find_planned_penetrations, find_rows_below
 from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -64,6 +67,21 @@ class GridResult:
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return np.full(len(self.transcription.phases), np.inf)
         return errors_between_nodes(self.transcription, self.values, self.outcome.x)
+
+    @cached_property
+    def replay_error(self) -> float:
+        """Predicted error of the state at the end of a replay; nan if it is not known, see `predict_replay_error`."""
+        if not self.outcome.status.ok:
+            return float("nan")
+        return predict_replay_error(self.transcription, self.values, self.outcome.x)
+
+    @property
+    def fails_replay(self) -> bool:
+        """Whether a plan that is accurate between its nodes is predicted to fail its replay; False if not known.
+
+        A problem whose tolerance is that of a replay or larger accepts such a plan.
+        """
+        return self.problem.transcription.tolerance < REPLAYABLE and self.replay_error > REPLAYABLE
 
     @cached_property
     def early_touchdowns(self) -> dict[int, float]:
@@ -130,4 +148,6 @@ class GridResult:
             phase = find_worst_phase(self.transcription, self.errors)
             contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
             remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
+        elif self.fails_replay:
+            remarks.append(report_magnification(self.error, self.replay_error))
         return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

@@ -203,7 +203,7 @@ def errors_between_nodes(transcription: PlanarTranscription, values: dict[str, f
         q, v, u = (x[part(phase)] for part in (builder.coordinates, builder.velocities, builder.torques))
         y, h = np.vstack([q, v]), x[transcription.variables[Unknown.DURATION][0, phase.number]] / phase.count
         reached = y[:, :-1]
-        step = _build_step(phase.system).map(phase.count)
+        step = build_step(phase.system).map(phase.count)
         for k in range(STEPS):
             ends = [u[:, :-1] + part / STEPS * (u[:, 1:] - u[:, :-1]) for part in (k, k + 1)]
             try:
@@ -216,7 +216,7 @@ def errors_between_nodes(transcription: PlanarTranscription, values: dict[str, f
 
 
 @functools.lru_cache(maxsize=64)
-def _build_step(system: PhaseSystem) -> ca.Function:
+def build_step(system: PhaseSystem) -> ca.Function:
     """Return a Runge-Kutta step (y, u before, u after, length, p) -> y, of order 8."""
     n, n_u = system.system.size1_in(0), system.system.size1_in(2)
     y, before, after = ca.MX.sym("y", 2 * n), ca.MX.sym("before", n_u), ca.MX.sym("after", n_u)

@@ -57,6 +57,23 @@ def report_inaccuracy(
     )
 
 
+def report_magnification(error: float, replay_error: float) -> str:
+    """Return a sentence on a plan whose replay is predicted to fail, and a remedy.
+
+    Parameters
+    ----------
+    error : float
+        Error between nodes.
+    replay_error : float
+        Predicted error of the state at the end of the replay.
+    """
+    return (
+        f"the motion magnifies the error between nodes of {error:.1e} by a factor of {replay_error / error:.1g} to "
+        f"{replay_error:.1e} at the end of the replay, more than {REPLAYABLE:g}: use more intervals, "
+        "Collocation(points=8), or verify with Tolerances(state=...)."
+    )
+
+
 def find_worst_phase(transcription: PlanarTranscription, errors: Array) -> GridPhase:
     """Return the phase with the largest error between nodes, from the errors of all phases, shape (n_phases,)."""
     return transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]

@@ -19,6 +19,7 @@ from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
+from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
@@ -44,6 +45,8 @@ from gaitopt.status import Status
 
 MOST_REPAIRS = 3
 """Largest number of further solves of a grid whose contacts close too early or from below."""
+MOST_FOR_REPLAY = 2
+"""Largest number of refinements of an accurate plan that is predicted to fail its replay."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
@@ -62,8 +65,10 @@ def solve_planar(
 
     The first start is the guess of the problem; the others have random durations of the phases.  If the durations are
     stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
-    and then intervals, until the plan is accurate between its nodes.  If the contact sequence leaves modes open, each
-    sequence that it stands for is solved from every start; :func:`gaitopt.search` also replays and ranks them.
+    and then intervals, until the plan is accurate between its nodes, and at most twice more if its replay is predicted
+    to fail.  If no start succeeds, the problem is solved from its solution on half as many intervals, and then from a
+    motion that satisfies all limits.  If the contact sequence leaves modes open, each sequence that it stands for is
+    solved from every start; :func:`gaitopt.search` also replays and ranks them.
 
     Parameters
     ----------
@@ -124,8 +129,16 @@ def solve_planar(
     nearest = min(range(len(gaits)), key=lambda number: rank_of(gaits[number].solver.constraint_violation))
     if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
         return gaits[nearest]
-    solve_once = functools.partial(_solve_start, number=0, solver=solver, observer=observer)
-    return conclude_planar_failure(closed[nearest // starts], gaits[nearest], solver, observer, solve_once)
+    return _solve_again(closed[nearest // starts], gaits[nearest], solver, observer)
+
+
+def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
+    """Return the gait found from a coarser grid or from a feasible motion if all starts have failed, or the failure."""
+    solve_once = functools.partial(_solve_start, number=0, observer=observer)
+    rescued = solve_from_coarse_grid(problem, solver, lambda each, limited: solve_once(each, solver=limited))
+    if rescued is not None:
+        return rescued if rescued.status.ok else failure.replace_fields(status=rescued.status)
+    return conclude_planar_failure(problem, failure, solver, observer, functools.partial(solve_once, solver=solver))
 
 
 def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
@@ -260,7 +273,9 @@ def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -
     for from_below in (False, True):
         result = start.exclude_invalid_touchdowns(result, from_below=from_below)
         result = _refine(start, result, remaining, from_below=from_below)
-    return result.mark_inaccurate() if result.has_invalid_touchdown else result
+    if result.has_invalid_touchdown:
+        return result.mark_inaccurate()
+    return _refine_for_replay(start, result, remaining)
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -294,15 +309,39 @@ def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *
         method = next(methods, None)
         if method is None:
             return result.mark_inaccurate()
-        guess = FromPlanarGait(_report(result, start))
-        finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
-        finer = start.exclude_invalid_touchdowns(finer, from_below=from_below)
+        finer = _solve_on_finer_grid(start, result, method, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
             return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
         result = finer
     return result
+
+
+def _refine_for_replay(start: _Start, result: GridResult, methods: Iterator[Collocation]) -> GridResult:
+    """Return the solution with more points or intervals if the given one is predicted to fail its replay.
+
+    A solution on a finer grid that is not accurate, or not predicted to be closer to its replay, is discarded.
+    """
+    for _ in range(MOST_FOR_REPLAY):
+        method = next(methods, None) if result.outcome.status.ok and result.fails_replay else None
+        if method is None:
+            break
+        finer = _solve_on_finer_grid(start, result, method, from_below=True)
+        if finer.outcome.status is Status.INTERRUPTED:
+            return result.mark_interrupted(finer.outcome.message)
+        accurate = finer.error <= finer.problem.transcription.tolerance and not finer.has_invalid_touchdown
+        if not (accurate and finer.replay_error < result.replay_error):
+            break
+        result = finer
+    return result
+
+
+def _solve_on_finer_grid(start: _Start, result: GridResult, method: Collocation, *, from_below: bool) -> GridResult:
+    """Return the solution on a finer grid near another one, without invalid touchdowns if possible."""
+    guess = FromPlanarGait(_report(result, start))
+    finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
+    return start.exclude_invalid_touchdowns(finer, from_below=from_below)
 
 
 def _report(result: GridResult, start: _Start) -> PlanarGait:
