@@ -19,9 +19,11 @@ def main() -> None:
     from gaitopt.cli.collection import collect_rarely
 
     with collect_rarely():
+        from gaitopt.address_space import check_imports
         from gaitopt.cli import app
 
         app.import_commands(sys.argv[1:])
+        check_imports()
         threading.excepthook = app.report_thread_error
         try:
             app.main(handler=former if callable(former) else None)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.address_space import check_imports
 from gaitopt.errors import GaitoptError, InputError
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ _unpickling = threading.Lock()
 def init_worker(digest: str, file: Path, parent: "Connection") -> None:
     """Initialise a worker process: exit with the parent, import dependencies, unpickle the shared object."""
     threading.Thread(target=_exit_with_parent, args=(parent, file.parent), daemon=True).start()
+    check_imports()
     try:
         prepare, content = pickle.loads(file.read_bytes())
         if prepare is not None:
