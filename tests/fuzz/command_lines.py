@@ -24,8 +24,13 @@ ODD = (
     *("http://127.0.0.1:9", "lqr", "[bold]"),
 )
 
-SHORT = {"push": ["--starts", "1"], "tune": ["--gain", "nonsense=1"], "animate": ["--steps", "1", "--slow", "0.2"]}
-"""Options without which a command takes minutes."""
+SHORT = {
+    "push": ["--starts", "1"],
+    "tune": ["--gain", "nonsense=1"],
+    "animate": ["--steps", "1", "--slow", "0.2"],
+    "audit": ["--count", "1"],
+}
+"""Options without which a command takes minutes; not added to a command line that has one of them."""
 
 
 def prepare(root, folder):
@@ -53,7 +58,8 @@ def draw(number):
         elif rng.random() < 0.25:
             flag = str(rng.choice(parameter.opts))
             options += [flag] if parameter.is_flag else [flag, odd()]
-    options += SHORT.get(name, [])
+    short = SHORT.get(name, [])
+    options += [] if {*short} & {*options} else short
     return words + options + ([odd()] if rng.random() < 0.15 else [])
 
 
