@@ -64,7 +64,7 @@ script in `problems`.
 
 {table}
 
-The robots of the catalogue without a script are checked only: {others}.
+The built-in robots without a script are checked only: {others}.
 """
 
 
