@@ -33,7 +33,7 @@ def audit(
     ] = None,
     impulses: Annotated[
         bool,
-        typer.Option("--impulses", help="Draw walks of the telescoping biped with impulses of its legs instead."),
+        typer.Option("--impulses", help="Solve problems of the telescoping biped with impulses of its legs instead."),
     ] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,

@@ -83,7 +83,7 @@ def solve(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find an energy-optimal gait, replay it in the event-driven simulator, and save it.
+    """Find an optimal gait, replay it in the event-driven simulator, and save it.
 
     If no gait is found, SCRIPT_failed.h5 (with -o FILE.h5: FILE_failed.h5) is written, which contains robot and
     problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.

@@ -130,7 +130,8 @@ def trace(
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
 
     A script with an optimal-control problem is solved at FROM, and the optimum is followed with its active constraints;
-    --sequences names further contact sequences to follow.
+    --sequences names further contact sequences to follow. Such a trace has no checkpoint: after an interrupt, the same
+    command begins again.
 
     Exit status 0 if the trace is complete, 130 if it was interrupted.
 

@@ -188,5 +188,5 @@ def test_wrong_laws_are_rejected():
     with pytest.raises(InputError, match="gait must be a PlanarGait"):
         planar_feedforward(gait.motion)
     limited = planar_joint_pd(gait, stiffness=1.0, torque_limit=500.0)
-    with pytest.raises(InputError, match="without limits and latched values, got 'joint_pd'"):
+    with pytest.raises(InputError, match="without limits or latched values, got 'joint_pd'"):
         planar_step_lqr(gait, law=limited)

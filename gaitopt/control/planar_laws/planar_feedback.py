@@ -164,7 +164,7 @@ def planar_step_to_step(
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     names = [f"{actuator}_{window}" for window in range(windows) for actuator in actuators]
     if law.latched or any(part.limited for part in law.parts):
-        raise InputError(f"Step-to-step feedback needs a law without limits and latched values, got {law.name!r}.")
+        raise InputError(f"Step-to-step feedback needs a law without limits or latched values, got {law.name!r}.")
     if state.shape != (2 * robot.n_q,) or gains.shape != (len(names), state.size):
         raise InputError(
             f"Step-to-step feedback needs a state of {2 * robot.n_q} entries and gains of shape "

@@ -132,7 +132,7 @@ def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck])
     if candidates.on_edge:
         return (
             f"unknown: {candidates.on_edge} intervals of the open phases stick on the boundary of the cone "
-            "(biactive pairs); the closed contact sequence alone is optimal"
+            "(biactive pairs); optimality is known for the closed contact sequence only"
         )
     if not candidates.biactive:
         return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"

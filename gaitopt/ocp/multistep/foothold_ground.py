@@ -101,8 +101,8 @@ def _on_piece(terrain: Terrain, number: int, place: float, bounds: tuple[float, 
         stated = f"between {bounds[0]:g} and {bounds[1]:g} m" if math.isfinite(bounds[0]) else f"near {place:g} m"
         raise InputError(
             f"Foothold {number} must be {stated} on a piece of the ground from {piece.begin:g} to {piece.end:g} m, at "
-            f"least {EDGE:g} m from steps and {KINK:g} m from ends of ramps, which leaves no position; change the "
-            "terrain or the footholds."
+            f"least {EDGE:g} m from steps of the terrain and {KINK:g} m from ends of ramps, which leaves no position; "
+            "change the terrain or the footholds."
         )
     return Foothold(piece, min(max(place, lower), upper), (lower, upper), ground)
 
