@@ -23,7 +23,8 @@ Objectives = Annotated[
         metavar="NAME,NAME,...",
         help="Quantities of the front: cost (the objective of the script) and at least one of peak_torque, "
         "peak_friction_demand and speed (bounded), spectral_radius (bounded if --bounds states its range, otherwise "
-        "measured) and recovered_push (measured). The last two refer to the gait in open loop.",
+        "computed for each gait of the front) and recovered_push (computed for each gait). The last two refer to the "
+        "gait in open loop.",
     ),
 ]
 Ranges = Annotated[

@@ -60,7 +60,10 @@ def check_parts(parts: Mapping[Any, Any], script: Path) -> None:
     drawn = [str(name) for name, part in parts.items() if not isinstance(part, int | float)]
     files = [name_figure(Path("a.png"), name).name for name in drawn]
     if len(set(files)) < len(files):
-        raise InputError(f"The names of the results of {script} must differ in letters and digits, got {drawn}.")
+        raise InputError(
+            f"The names of the results of {script} must still differ if all characters other than letters and digits "
+            f"are ignored, got {drawn}."
+        )
     for part in parts.values():
         is_result = has_output(part) or find_figure(part) is not None
         if not (is_result or _is_reproduction(part) or _is_figure(part) or isinstance(part, int | float)):

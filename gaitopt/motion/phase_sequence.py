@@ -290,8 +290,8 @@ def _from_single_support(sequence: ContactSequence, robot: "PlanarRobot") -> Pha
     feet = [(i, j) for i, j in pairs if i < j and robot.contacts[i].slides]
     if len(feet) != 1:
         raise SequenceError(
-            f"The sequence {str(sequence)!r} does not name contacts, but robot {robot.name!r} has no single pair of "
-            f"feet that the mirror exchanges. {_EXAMPLE}"
+            f"The sequence {str(sequence)!r} does not name contacts, but robot {robot.name!r} does not have exactly "
+            f"one pair of feet that the mirror exchanges. {_EXAMPLE}"
         )
     stance, landing = (robot.contact_names[place] for place in feet[0])
     phases = tuple(((stance, mode),) for mode in sequence.phases)

@@ -88,5 +88,5 @@ def test_an_impossible_sequence_is_refused_with_a_sentence(text, message):
 
 
 def test_a_short_form_needs_a_pair_of_feet():
-    with pytest.raises(SequenceError, match="has no single pair of feet"):
+    with pytest.raises(SequenceError, match="does not have exactly one pair of feet"):
         PhaseSequence.parse("stick | stick", monopod())

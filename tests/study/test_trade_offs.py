@@ -190,7 +190,7 @@ def test_a_front_of_two_bounded_quantities_covers_their_grid():
     [
         ({"objectives": ("cost",)}, "at least one other"),
         ({"objectives": ("cost", "peak_torqe")}, "Did you mean|peak_torque"),
-        ({"objectives": ("cost", "spectral_radius")}, "only be measured"),
+        ({"objectives": ("cost", "spectral_radius")}, "cannot span a front"),
         ({"points": 1}, "points"),
         ({"bounds": {"speed": (1, 2)}}, "not a bounded quantity"),
         ({"bounds": {"peak_torque": (3, 2)}}, "lower, upper"),

@@ -138,5 +138,6 @@ def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck])
         return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"
     sequences = ", ".join(f"'{sequence}'" for sequence, _ in endings)
     return (
-        f"B: a pair is biactive; the first of the periodic sequences that meet there has the lowest cost: {sequences}"
+        "B: a pair is biactive (zero on both sides); of the adjacent periodic sequences, the first has the lowest "
+        f"cost: {sequences}"
     )

@@ -44,7 +44,7 @@ def _check_objectives(options: "Pareto", attribute: Any, names: tuple[str, ...])
     if not any(quantity.name in options.bounds or quantity.extreme for quantity in options.quantities):
         bounded = ", ".join(name for name, quantity in QUANTITIES.items() if quantity.extreme)
         raise InputError(
-            f"{' and '.join(names[1:])} can only be measured: add a quantity along which the front is computed, one "
+            f"{' and '.join(names[1:])} cannot span a front: add a quantity that can be bounded, one "
             f"of {bounded}, or state bounds for spectral_radius."
         )
 
@@ -212,7 +212,7 @@ class Pareto:
         for name in (COST, quantity.name):
             gait = kept[f"end-{name}"]
             if not gait.status.ok:
-                raise InputError(f"The end of lowest {name} of the front has no gait: {gait.status.hint}")
+                raise InputError(f"No gait was found at the end of the front with the best {name}: {gait.status.hint}")
             values.append(quantity.read(gait))
         return space_bounds(quantity, values[0], values[1], self.points)
 
