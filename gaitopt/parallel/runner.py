@@ -185,6 +185,7 @@ def _run_on(
                 break
             running[_submit(executor, queue, task)] = task
         if not running:
+            interrupt.check()  # one during the last outcome: the workers need not be waited for
             return
         if meanwhile is not None:
             meanwhile(interrupt.check)
