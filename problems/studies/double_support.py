@@ -3,10 +3,11 @@
 A compass biped with motors at ankle and hip walks at 0.633 m/s with the least integral of squared torques. In the
 double support, the trailing foot is dragged forward while the front foot sticks. In the gaits with single support, the
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. Sticking contacts keep a
-margin from slipping, and all gaits margins from other outcomes of the impact and from grazing touchdowns. Percentages
-are the saving of double support relative to the better of the other two; "only" marks points where neither of them was
-found, and "none" those without a double support. Below, the absolute work of the motors (positive work plus braking)
-and its distribution among the losses: left bar single support, middle bar slipping landing, right bar double support.
+margin from slipping, and all gaits keep margins from other outcomes of the impact and from grazing touchdowns.
+Percentages are the saving of double support relative to the better of the other two; "only" marks points where neither
+of them was found, and "none" those without a double support. Below, the absolute work of the motors (positive work plus
+braking work) and its parts, the losses and twice the braking work: left bar single support, middle bar slipping
+landing, right bar double support.
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slide take
 the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that slips

@@ -138,6 +138,6 @@ def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck])
         return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"
     sequences = ", ".join(f"'{sequence}'" for sequence, _ in endings)
     return (
-        "B: a pair is biactive (zero on both sides); of the adjacent periodic sequences, the first has the lowest "
+        "B: a pair is biactive (zero on both sides); the first of these adjacent periodic sequences has the lowest "
         f"cost: {sequences}"
     )

@@ -46,7 +46,7 @@ def report_inaccuracy(
     if contacts:
         remedy = (
             f"the normal force of {' and '.join(contacts)} is at its lower bound in this phase, where torques and "
-            "forces may change within a single interval, however fine the grid. Use "
+            "forces may change abruptly, however fine the grid. Use "
             f"{'Collocation(tolerance=1e-6) if the plan then passes its replay, ' if error <= REPLAYABLE else ''}"
             f"larger margins, such as Margins(normal_force={max(2 * margins.normal_force, 0.02):g}, separation="
             f"{max(10 * margins.separation, 0.01):g}), or another guess."
