@@ -33,6 +33,11 @@ MARKERS = {
 }
 """Marker of each kind of special point; ends of branches are crosses."""
 
+STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
+UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
+STABLE_PIECE, UNSTABLE_PIECE = "_stable", "_unstable"
+"""Labels of the lines of stable and unstable gaits, which have no entries in the legend."""
+
 LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown."""
 
@@ -94,7 +99,7 @@ def plot_branches(
             _draw_branch(upper, branch, values, heights, colors)
             _draw_branch(lower, branch, values, np.minimum(branch.radii, 2 * LARGEST_RADIUS), colors, joined=False)
             _mark(upper, diagram, branch, place, factor)
-        lower.axhline(1, **style.limit_line)
+        lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
         figure.align_ylabels()
         unit = "deg" if units[coordinate] == "rad" else units[coordinate]
@@ -181,9 +186,8 @@ def _draw_branch(
             values[piece],
             rows[piece],
             color=colors[sequence],
-            linestyle="-" if stable else (0, (3, 1.5)),
-            linewidth=1.6 if stable else 1.0,
-            label="_branch",
+            label=STABLE_PIECE if stable else UNSTABLE_PIECE,
+            **(STABLE if stable else UNSTABLE),
         )
 
 
@@ -209,11 +213,12 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
 
 
 def _legend(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:
-    """Return one entry for each contact sequence and each kind of special point, and for stability."""
+    """Return one entry for each contact sequence and each kind of special point, and for unstable gaits if any."""
     from matplotlib.lines import Line2D
 
     entries: dict[str, Any] = {name: Line2D([], [], color=color) for name, color in colors.items()}
-    entries["unstable"] = Line2D([], [], color="0.3", linestyle=(0, (3, 1.5)), linewidth=1.1)
+    if any(line.get_label() == UNSTABLE_PIECE for line in axes.lines):
+        entries["unstable"] = Line2D([], [], color="0.3", **UNSTABLE)
     for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(label, handle)
     return list(entries.values()), list(entries)

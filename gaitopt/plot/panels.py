@@ -75,6 +75,8 @@ def draw_normal_forces(axes: "Axes", view: MotionView) -> None:
         values = [hide_open(part, foot, part.forces[foot, 1]) / view.weight for part in view.segments]
         _draw_line(axes, view, values, label=view.contacts[foot].name, **foot_style(view, foot))
     axes.set_ylabel("$f_n$ / weight")
+    axes.update_datalim([(0, 0)], updatex=False)  # the margin above the line is relative to the whole axis
+    axes.autoscale_view(scalex=False)
     axes.set_ylim(bottom=0)
 
 

@@ -110,4 +110,6 @@ def _describe_gap(robot: PlanarRobot, planned: PlanarMotion, name: str, time: fl
     place = f"{name} is then {1000 * abs(gap):.2g} mm {side} the ground in the plan"
     if not entry.conditional:
         return place
-    return f"{place}, and {'armed' if float(robot.arming(q, v, p)[number]) > 0 else 'not armed'}"
+    if float(robot.arming(q, v, p)[number]) <= 0:
+        return f"{place}, and not armed"
+    return f"{place}, and armed: use a larger PlanarLimits.clearance, or a larger threshold in `armed` of the contact"

@@ -106,6 +106,16 @@ def test_pieces_of_different_sequences_are_joined_only_where_the_quantity_is_con
     assert (apart[0][0].stop, apart[1][0].start, apart[0][1], apart[1][1]) == (3, 3, "a | b", "c | b")
 
 
+def test_the_legend_of_branches_has_unstable_gaits_only_if_one_is_drawn(diagram):
+    """The limit of stability is not drawn with the dashes of unstable gaits."""
+    (branch, *_), legends = diagram.branches, []
+    for multipliers in (branch.multipliers, np.zeros_like(branch.multipliers)):
+        figure = plot_branches(replace(diagram, branches=(replace(branch, multipliers=multipliers),)))
+        legends.append([text.get_text() for text in figure.legends[0].get_texts()])
+        assert {line.get_linestyle() for line in figure.axes[1].lines if line.get_label() != "_unstable"} == {"-", ":"}
+    assert set(legends[0]) - set(legends[1]) == {"unstable"}
+
+
 def test_the_title_of_branches_states_changed_parameters(diagram):
     default = {each.name: each.default for each in compass_biped().parameters}
     titles = [

@@ -157,6 +157,15 @@ def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, reque
     check_texts(plot_motion(request.getfixturevalue(name), title=name))
 
 
+def test_the_axis_of_normal_forces_has_space_above_the_largest(kneed):
+    """The space is a share of the whole axis, so that the line of a nearly constant force is not at its end."""
+    figure = plot_motion(kneed, style=FigureStyle(width=3.5, font_size=8, titled=False))
+    (axes,) = (axes for axes in figure.axes if axes.get_ylabel() == "$f_n$ / weight")
+    low, high = axes.get_ylim()
+    assert low == 0
+    assert high > 1.04 * max(np.nanmax(line.get_ydata()) for line in axes.lines)
+
+
 @pytest.mark.slow
 def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
     check_texts(plot_gait(hop_gait))

@@ -125,6 +125,22 @@ def test_the_first_event_that_differs_is_described_with_the_gap_of_the_contact_i
     )
 
 
+def test_an_early_touchdown_of_an_armed_contact_has_its_remedy():
+    gait = solve_planar(walk(transcription=COARSE))  # straight legs, whose foot swings through the ground
+    motion, (segment,) = gait.motion, gait.motion.segments
+    arming = [
+        float(gait.robot.arming(q, v, gait.robot.vector(motion.parameters))[motion.contacts.index("foot B")])
+        for q, v in zip(segment.q.T, segment.v.T, strict=True)
+    ]
+    remedy = ", and armed: use a larger PlanarLimits.clearance, or a larger threshold in `armed` of the contact"
+    armed, unarmed = (int(np.flatnonzero(kind)[2]) for kind in (np.greater(arming, 0), np.less(arming, 0)))
+    for sample, ending in ((armed, remedy), (unarmed, " in the plan, and not armed")):
+        early = replace(motion.events[0], names=("foot B closes",), time=segment.time[sample])
+        late = replace(motion.events[0], names=("foot A opens",))
+        planned, walked = (replace(motion, events=(event,)) for event in (late, early))
+        assert describe_first_difference(gait.robot, planned, walked).endswith(ending)
+
+
 def test_the_gap_of_a_stop_that_closes_early_is_its_distance_from_the_limit():
     robot = vertical_hopper()
     motion = simulate_planar(robot, [0.7, 0.2], [0, 0], {}, duration=0.5).motion
