@@ -57,7 +57,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:
         raise InputError(
             f"No periodic gait of {gait.robot.name!r} under the law {law.name!r} was found near the planned one; check "
-            "the gait with verify_planar. If the trailing foot receives no impulse at the landing, such a gait may not exist: "
-            "plan the gait with PlanarLimits(impulse=...) above 0."
+            "the gait with verify_planar. If the trailing foot receives no impulse at the landing, such a gait may not "
+            "exist: plan the gait with PlanarLimits(impulse=...) above 0."
         )
     return cycle
