@@ -1,8 +1,9 @@
-"""Imports in a limited address space: parts of SciPy are refused where their libraries would wait for memory for ever.
+"""A limited address space: errors that stem from it, and imports that would wait for memory for ever.
 
 SciPy loads OpenBLAS, which tries again and again to reserve its buffers if the operating system refuses them.
 """
 
+import errno
 import importlib.abc
 import mmap
 import sys
@@ -48,3 +49,19 @@ def check_imports() -> None:
     limited = resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
     if limited and not any(isinstance(finder, RoomFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, RoomFinder())
+
+
+def lacks_memory(error: BaseException) -> bool:
+    """Return whether an error is due to insufficient memory, which an import reports differently.
+
+    With a limit of the address space, Python also fails without any exception set.
+
+    Examples
+    --------
+    >>> lacks_memory(MemoryError()), lacks_memory(ValueError())
+    (True, False)
+    """
+    if isinstance(error, ImportError):
+        return any(words in str(error).lower() for words in ("failed to map segment", "cannot allocate memory"))
+    limited = isinstance(error, SystemError) and "without exception set" in str(error)
+    return limited or isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
+from gaitopt.address_space import lacks_memory
 from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
@@ -160,27 +161,16 @@ def _add_setting_hint(error: Any) -> None:
 
 def _describe_system_error(error: Exception) -> str | None:
     """Return a sentence on a file that the operating system refuses, or on memory; None for any other error."""
-    if _lacks_memory(error):
+    if lacks_memory(error):
         return "The memory is insufficient for this command."
     if isinstance(error, OSError) and isinstance(error.filename, str) and error.errno in _REFUSALS:
         return f"Cannot read or write {error.filename:.200}: {error.strerror}."
     return None
 
 
-def _lacks_memory(error: BaseException) -> bool:
-    """Return whether an error is due to insufficient memory, which an import reports differently.
-
-    With a limit of the address space, Python also fails without any exception set.
-    """
-    if isinstance(error, ImportError):
-        return any(words in str(error).lower() for words in ("failed to map segment", "cannot allocate memory"))
-    limited = isinstance(error, SystemError) and "without exception set" in str(error)
-    return limited or isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
-
-
 def report_thread_error(lost: "threading.ExceptHookArgs") -> None:
     """Print an error of another thread; if it is due to insufficient memory, the command states it."""
-    if lost.exc_value is None or not _lacks_memory(lost.exc_value):
+    if lost.exc_value is None or not lacks_memory(lost.exc_value):
         threading.__excepthook__(lost)
 
 

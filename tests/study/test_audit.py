@@ -12,6 +12,7 @@ from gaitopt.cli.audit_command import summarise_audit
 from gaitopt.cli.audit_problems import DRAWS, DRAWS_WITH_IMPULSES, audit_impulse_number, audit_number, draw_settings
 from gaitopt.cli.script import call_script
 from gaitopt.model import flat_foot_walker
+from gaitopt.status import Status
 from gaitopt.study.audit import audited_problem
 from gaitopt.study.audit.audit_file import AuditFile
 from gaitopt.study.audit.audited_problem import FALSE_PASS, REFUSED, VERIFIED, audit_problem, describe_disagreement
@@ -19,6 +20,7 @@ from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.piecewise_integration import SmoothPiece, integrate_piece
 from gaitopt.study.audit.second_planar_replay import replay_planar_again
 from gaitopt.study.audit.second_replay import replay_again
+from tests.conftest import ROOT
 from tests.ocp.test_actuator_impulses import ankle_gait
 
 SEED = 18
@@ -215,3 +217,24 @@ def test_results_are_stored_and_resumed(tmp_path):
     path.write_text(json.dumps(head | {"format_version": 2, "problems": {}}))
     with pytest.raises(ArchiveError, match="it contains gaitopt audit of version 2"):
         AuditFile(path, 1, None)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "raised"),
+    [(MemoryError(), MemoryError), (Status.INTERRUPTED, KeyboardInterrupt), (ValueError("x"), None)],
+)
+def test_insufficient_memory_and_interrupts_are_no_results_of_a_problem(outcome, raised, slip_gait, monkeypatch):
+    """The same command then solves the problem again; any other exception is a finding."""
+
+    def solve(problem, **options):
+        if isinstance(outcome, Exception):
+            raise outcome
+        return replace(slip_gait, status=outcome)
+
+    monkeypatch.setattr(audited_problem, "solve", solve)
+    problem = call_script(ROOT / "problems" / "compass_slip.py", [])
+    if raised is None:
+        assert audit_problem(problem)["reason"] == "ValueError: x"
+    else:
+        with pytest.raises(raised):
+            audit_problem(problem)

@@ -4,6 +4,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.address_space import lacks_memory
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
@@ -57,13 +58,17 @@ def audit_problem(problem: "GaitProblem | PlanarProblem", *, starts: int | None 
         record |= _judge(gait)
         if starts is not None and gait.status.ok:
             record["best"] = _find_best(problem, gait, starts)
-    except Exception as error:  # any exception is a finding of the audit
+    except Exception as error:  # any other exception is a finding of the audit
+        if lacks_memory(error):
+            raise
         record |= {"result": ERROR, "reason": f"{type(error).__name__}: {error}"[:300]}
     return record | {"seconds": round(time.process_time() - began, 3)}
 
 
 def _judge(gait: AnyGait) -> dict[str, Any]:
-    """Return the result of a solve."""
+    """Return the result of a solve; one that a Ctrl-C has ended has none."""
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     if not gait.status.ok:
         report = gait.solver
         reasons = report.conflicts or (report.warnings if gait.status is Status.PLAN_INACCURATE else ())
