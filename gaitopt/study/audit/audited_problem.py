@@ -104,5 +104,7 @@ def describe_disagreement(gait: AnyGait, second: SecondReplay) -> str:
 def _find_best(problem: "GaitProblem | PlanarProblem", gait: AnyGait, starts: int) -> float:
     """Return the lowest objective of a gait and of the verified gait of several starts."""
     other = solve(problem, starts=starts)
+    if other.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     lowest = other.solver.objective if other.status.ok and verify(other).status.ok else math.inf
     return min(float(gait.solver.objective), float(lowest))
