@@ -168,3 +168,9 @@ def test_weights_multiply_through_a_sum():
     assert mixed.smooth
     assert not (mixed + CostOfTransport()).smooth
     assert (mixed.unit, (2 * TorqueRate()).unit) == ("", "N^2 m^2/s")
+
+
+def test_a_motion_with_several_contacts_is_refused(hop_gait):
+    for objective in (TorqueSquared(), 2 * TorqueSquared()):
+        with pytest.raises(InputError, match=r"robot with several contacts .* gait\.solver\.objective"):
+            objective.evaluate(hop_gait.motion)

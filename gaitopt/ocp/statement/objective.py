@@ -91,7 +91,7 @@ class Objective:
         Raises
         ------
         InputError
-            If the first step did not reach its touchdown.
+            If the first step did not reach its touchdown, or several contacts of the robot may be on the ground.
         """
         return value_of_term(self, motion)
 

@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
+from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.ocp.statement.instant import Instant, StepBoundary, symbolic_instant
 
 if TYPE_CHECKING:
@@ -27,8 +28,13 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
     Raises
     ------
     InputError
-        If the first step did not reach its touchdown.
+        If the first step did not reach its touchdown, or several contacts of the robot may be on the ground.
     """
+    if isinstance(motion, PlanarMotion):
+        raise InputError(
+            "The motion of a robot with several contacts has no value of an objective; that of the plan is "
+            "gait.solver.objective."
+        )
     segments, jump = first_step(motion)
     if not is_finite(segments):
         return float("nan")
