@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from tests.conftest import ROOT
+
 LIMITED = """
 import resource
 from pathlib import Path
@@ -25,6 +27,33 @@ else:
     import scipy.special
     print("imported")
 """
+
+
+CHECKED = """
+import resource
+import sys
+
+from gaitopt import Execution
+from gaitopt.__main__ import main
+from gaitopt.parallel.runner import run_tasks
+from gaitopt.parallel.task_graph import Task
+from tests.parallel import works
+
+resource.setrlimit(resource.RLIMIT_AS, (2**40, 2**40))
+tasks = [Task("one", "RoomFinder"), Task("two", "RoomFinder")]
+print([outcome.result for outcome in run_tasks(works.finds_by, tasks, None, execution=Execution(workers=2))])
+sys.argv = ["gaitopt", "--version"]
+try:
+    main()
+except SystemExit:
+    print(works.finds_by(None, "RoomFinder"))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the address space")
+def test_commands_and_workers_check_the_room():
+    done = subprocess.run([sys.executable, "-c", CHECKED], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[::2] == ["[True, True]", "True"], done.stderr
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the size of a process from /proc")

@@ -60,7 +60,7 @@ def audit(
         show_progress("problems", hidden=json, counted=True) as display,
     ):
         results = AuditFile(output, seed, starts, impulses=impulses)
-        lost = _run(results, count, (seed, starts), team, display.count)
+        lost = _run(results, count, (seed, starts, impulses), team, display.count)
     rows = {key: results[key] for key in map(str, range(count)) if key in results}
     facts = summarise_audit(rows) | {"seed": seed, "count": count, "lost": lost}
     if json:
@@ -75,17 +75,21 @@ def audit(
 
 
 def _run(
-    results: "AuditFile", count: int, shared: tuple[int, int | None], team: WorkerOptions, observer: "TaskObserver"
+    results: "AuditFile",
+    count: int,
+    shared: tuple[int, int | None, bool],
+    team: WorkerOptions,
+    observer: "TaskObserver",
 ) -> dict[str, str]:
     """Compute the results that are missing; return the reasons of those whose worker ended."""
-    from gaitopt.cli.audit_problems import audit_impulse_number, audit_number
+    from gaitopt.cli.audit_problems import audit_number
     from gaitopt.parallel.runner import collect_tasks, run_tasks
     from gaitopt.parallel.task_graph import Task
 
     tasks = [Task(str(number), number) for number in range(count)]
-    execution, audit_one = team.execution(observer), audit_impulse_number if results.impulses else audit_number
+    execution = team.execution(observer)
     try:
-        running = run_tasks(audit_one, tasks, shared, known=results, execution=execution)
+        running = run_tasks(audit_number, tasks, shared, known=results, execution=execution)
         return collect_tasks(running, results, tasks, observer).failures
     finally:
         results.write()

@@ -118,37 +118,20 @@ def draw_settings(seed: int, number: int, draws: Mapping[str, ScriptDraw] = DRAW
     return name, tuple(settings)
 
 
-def audit_number(shared: tuple[int, int | None], number: int) -> dict[str, Any]:
+def audit_number(shared: tuple[int, int | None, bool], number: int) -> dict[str, Any]:
     """Return the result of a problem of an audit.
 
     Parameters
     ----------
-    shared : (int, int or None)
-        Seed, and number of starts of a further solve.
+    shared : (int, int or None, bool)
+        Seed, number of starts of a further solve, and whether the problems have impulses of actuators.
     number : int
     """
-    seed, starts = shared
-    return _audit_script(*draw_settings(seed, number), starts)
-
-
-def audit_impulse_number(shared: tuple[int, int | None], number: int) -> dict[str, Any]:
-    """Return the result of a problem of an audit of impulses of actuators.
-
-    Parameters
-    ----------
-    shared : (int, int or None)
-        Seed, and number of starts of a further solve.
-    number : int
-    """
-    seed, starts = shared
-    return _audit_script(*draw_settings(seed, number, DRAWS_WITH_IMPULSES), starts)
-
-
-def _audit_script(name: str, settings: tuple[str, ...], starts: int | None) -> dict[str, Any]:
-    """Return the result of a script with settings."""
     from gaitopt.cli.script import call_script
     from gaitopt.study.audit.audited_problem import audit_problem
 
+    seed, starts, impulses = shared
+    name, settings = draw_settings(seed, number, DRAWS_WITH_IMPULSES if impulses else DRAWS)
     problem = call_script(_script(name), list(settings))
     return {"script": name, "settings": list(settings)} | audit_problem(problem, starts=starts)
 

@@ -9,7 +9,7 @@ from gaitopt.ocp import Collocation
 from gaitopt.ocp.multicontact import planar_solver
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.status import Status
-from tests.ocp.heavy_heel_toe_walker import problem
+from tests.walkers.heel_toe import HEAVY, heel_toe_step
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_a_solve_that_fails_on_its_grid_starts_from_the_solution_on_half_as_many
         return result if len(results) > 1 else fail(result)
 
     monkeypatch.setattr(planar_solver._Start, "solve", fail_first)
-    gait = solve(problem(intervals=8))
+    gait = solve(heel_toe_step(0.05, intervals=8, build=HEAVY))
     assert [sum(result.problem.counts) for result in results] == [16, 8, 16]
     assert gait.status is Status.SOLVED
     assert gait.solver.objective == pytest.approx(results[0].outcome.objective, rel=1e-8)
@@ -46,21 +46,27 @@ def fail(result: GridResult) -> GridResult:
 
 @pytest.mark.slow  # 500 iterations of the first solve
 def test_a_walker_whose_first_solve_ends_at_the_iteration_limit_is_solved():
-    gait = verify(solve(problem(armed_at=0.2, intervals=12)))
+    gait = verify(solve(heel_toe_step(0.2, intervals=12, build=HEAVY)))
     assert gait.verification.passed
     assert gait.solver.objective == pytest.approx(
-        solve(problem(armed_at=0.15, intervals=12)).solver.objective, rel=1e-6
+        solve(heel_toe_step(0.15, intervals=12, build=HEAVY)).solver.objective, rel=1e-6
     )
 
 
 def test_an_accurate_plan_that_would_fail_its_replay_is_refined():
-    gait = verify(solve(problem(intervals=6)))
+    gait = verify(solve(heel_toe_step(0.05, intervals=6, build=HEAVY)))
     assert gait.verification.passed, gait.verification.reasons
     assert gait.verification.state_error < 1e-7
 
 
 def test_the_predicted_error_of_a_replay_is_that_of_the_simulator(results):
-    gait = verify(solve(problem(intervals=6).replace(transcription=Collocation(intervals=6, tolerance=1e-5))))
+    gait = verify(
+        solve(
+            heel_toe_step(0.05, intervals=6, build=HEAVY).replace(
+                transcription=Collocation(intervals=6, tolerance=1e-5)
+            )
+        )
+    )
     assert len(results) == 1
     assert gait.verification.state_error > 1e-6
     assert results[0].replay_error == pytest.approx(gait.verification.state_error, rel=2e-3)
@@ -68,5 +74,5 @@ def test_the_predicted_error_of_a_replay_is_that_of_the_simulator(results):
 
 def test_a_plan_that_cannot_be_refined_names_the_magnification(monkeypatch):
     monkeypatch.setattr(planar_solver, "MOST_FOR_REPLAY", 0)
-    gait = solve(problem(intervals=6))
+    gait = solve(heel_toe_step(0.05, intervals=6, build=HEAVY))
     assert any("magnifies the error between nodes of 4.3e-08 by a factor of 7e+01" in w for w in gait.solver.warnings)

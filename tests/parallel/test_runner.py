@@ -271,6 +271,22 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
     assert stored == {"square": 100, "cube": 1000}
 
 
+def test_an_interrupt_during_the_last_outcome_does_not_wait_for_the_workers(monkeypatch):
+    killed, stored = [], {}
+    monkeypatch.setattr(ExternalExecutor, "shutdown", lambda executor, *, kill: killed.append(kill))
+
+    def interrupt(done, total):
+        if done == total:
+            signal.raise_signal(signal.SIGINT)
+
+    tasks = [Task("square", 2), Task("cube", 3)]
+    with ThreadPoolExecutor(1) as threads:
+        running = run_tasks(math.pow, tasks, 10, execution=Execution(executor=threads))
+        report = collect_tasks(running, stored, tasks, interrupt)
+    assert (report.interrupted, killed) == (True, [True])
+    assert stored == {"square": 100, "cube": 1000}
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_interrupt_before_the_first_outcome_is_raised(workers):
     stored = {}

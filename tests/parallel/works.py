@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -36,6 +37,11 @@ def environment(shared, argument):
 
 def rest(shared, seconds):
     time.sleep(seconds)
+
+
+def finds_by(shared, finder):
+    """Return whether modules are found by a finder of some class."""
+    return any(type(each).__name__ == finder for each in sys.meta_path)
 
 
 def end_process():

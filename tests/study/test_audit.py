@@ -9,7 +9,7 @@ import pytest
 
 from gaitopt import ArchiveError, GaitoptError, InputError, verify
 from gaitopt.cli.audit_command import summarise_audit
-from gaitopt.cli.audit_problems import DRAWS, DRAWS_WITH_IMPULSES, audit_impulse_number, audit_number, draw_settings
+from gaitopt.cli.audit_problems import DRAWS, DRAWS_WITH_IMPULSES, audit_number, draw_settings
 from gaitopt.cli.script import call_script
 from gaitopt.model import flat_foot_walker
 from gaitopt.status import Status
@@ -88,7 +88,7 @@ def test_a_flat_foot_has_one_tangential_force():
 @pytest.mark.parametrize("number", [391, pytest.param(113, marks=pytest.mark.slow)])
 def test_a_foot_that_rises_for_an_instant_and_one_without_impulse_are_replayed(number):
     """The foot of problem 391 is above the ground for some milliseconds; in problem 113 an impulse is zero."""
-    assert audit_number((18, None), number)["result"] == VERIFIED
+    assert audit_number((18, None, False), number)["result"] == VERIFIED
 
 
 @pytest.mark.parametrize(("depth", "name"), [(1e-8, "ground"), (-1e-8, "later")])
@@ -168,7 +168,7 @@ def test_draws_with_impulses_are_valid():
 
 @pytest.mark.slow
 def test_a_problem_with_impulses_is_verified_by_the_second_integrator():
-    record = audit_impulse_number((SEED, None), 0)
+    record = audit_number((SEED, None, True), 0)
     assert record["result"] == VERIFIED, record
     assert record["second_error"] < 1e-6
 
@@ -193,7 +193,7 @@ def test_a_handful_of_problems():
     for number in range(40):
         first.setdefault(draw_settings(SEED, number)[0], number)
     for name in ("compass_slip", "compass_with_torso", "round_feet_slip"):
-        record = audit_number((SEED, None), first[name])
+        record = audit_number((SEED, None, False), first[name])
         assert record["result"] in ("verified", "infeasible"), record
         assert record["script"] == name
 

@@ -44,7 +44,6 @@ class AuditFile(MutableMapping[str, dict[str, Any]]):
 
     def __init__(self, path: Path | None, seed: int, starts: int | None, *, impulses: bool = False) -> None:
         self._path, self._settings = path, {"seed": seed, "starts": starts, "impulses": impulses}
-        self.impulses = impulses
         self._written = 0.0
         self._problems: dict[str, dict[str, Any]] = {}
         if path is not None and path.exists():
