@@ -205,7 +205,7 @@ def test_results_are_stored_and_resumed(tmp_path):
     results["0"] = {"result": "infeasible"}
     results.write()
     assert list(AuditFile(path, 1, None)) == ["0", "1"]
-    with pytest.raises(InputError, match="another seed or number of starts"):
+    with pytest.raises(InputError, match="another seed, number of starts or kind of problems"):
         AuditFile(path, 2, None)
     with pytest.raises(InputError, match="or kind of problems"):
         AuditFile(path, 1, None, impulses=True)

@@ -83,6 +83,7 @@ def _read(path: Path, settings: dict[str, Any]) -> dict[str, dict[str, Any]]:
         }
     if not same:
         raise InputError(
-            f"{path} contains an audit with another seed or number of starts or kind of problems; choose another file."
+            f"{path} contains an audit with another seed, number of starts or kind of problems (--impulses); choose "
+            "another file."
         )
     return problems
