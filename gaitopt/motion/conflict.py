@@ -31,6 +31,9 @@ class Conflict:
     >>> print(Conflict(name="torque limit of hip", setting="Limits.torque", limit=6.0, missing=2.1, sufficient=8.15,
     ...                unit="N m", separable=True))
     torque limit of hip (Limits.torque) is 6 N m: 8.15 N m alone would suffice
+    >>> print(Conflict(name="speed", setting="speed", limit=3.0, missing=2.0, sufficient=0.94, unit="m/s",
+    ...                separable=True))
+    speed is 3 m/s: 0.94 m/s alone would suffice
     """
 
     name: str
@@ -43,9 +46,10 @@ class Conflict:
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        name = self.name if self.name == self.setting else f"{self.name} ({self.setting})"
         if math.isnan(self.sufficient):
-            text = f"{self.name} ({self.setting}) is violated by {self.missing:.3g}{unit}"
+            text = f"{name} is violated by {self.missing:.3g}{unit}"
             return text if self.separable else f"{text}, together with the other conflicting limits"
-        text = f"{self.name} ({self.setting}) is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit}"
+        text = f"{name} is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit}"
         alone = f"{text} alone would suffice"
         return alone if self.separable else f"{text} would suffice if the other conflicting limits were relaxed too"

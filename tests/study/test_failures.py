@@ -17,7 +17,7 @@ def test_a_failure_at_the_iteration_limit_is_concluded(monkeypatch):
     concluded = multistart.verify_best(problem, [replace(stopped, status=Status.INFEASIBLE)])
     assert concluded.status is Status.INFEASIBLE
     assert [conflict.setting for conflict in concluded.solver.conflicts] == ["speed", "step_length"]
-    assert explain_failure(concluded).startswith("no gait found; speed (speed) is 1.5 m/s: ")
+    assert explain_failure(concluded).startswith("no gait found; speed is 1.5 m/s: ")
     assert multistart.verify_best(problem, [concluded]) is concluded
     assert calls == []
 

@@ -101,7 +101,7 @@ def test_a_search_without_any_gait_says_why():
     with pytest.raises(InputError, match=r"No contact sequence has a gait; for example 'stick \| stick'"):
         _ = nothing.best
     assert nothing.findings[0].status == "infeasible"
-    assert nothing.findings[0].reason.startswith("no gait found; speed (speed) is 1.5 m/s: ")
+    assert nothing.findings[0].reason.startswith("no gait found; speed is 1.5 m/s: ")
 
 
 def test_a_search_needs_intervals_for_every_sequence():

@@ -153,7 +153,7 @@ def test_points_that_fail_say_why(tmp_path):
     found = table.sel(sequence="stick | stick")
     assert found.status.values[0, 0] == "solved"
     assert found.status.values[1, 0] == solve(quick_problem(speed=2.0)).status.key == "infeasible"
-    assert str(found.reason.values[1, 0]).startswith("no gait found; speed (speed) is 2 m/s: ")
+    assert str(found.reason.values[1, 0]).startswith("no gait found; speed is 2 m/s: ")
     assert (found.status.values[:, 1] == "impossible").all()
     assert "longer than the" in str(found.reason.values[0, 1])
     assert np.isfinite(found.cost_of_transport.values).tolist() == [[True, False], [False, False]]
