@@ -84,8 +84,7 @@ one factorisation grows with the exponent 1.21 on 4 intervals and 1.47 on 12, th
 0.94 and 1.31, and that of the remaining parts of an iteration with at most 0.8. The evaluation of the functions takes
 4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations on average at 5, 9 and 13 links and
 2.4 at 21, since the Hessian is not positive definite; with a single one, the exponent from 5 to 21 links would still be
-1.35.
-Minimum fill and other orderings take up to 20 % more time at 17 links.
+1.35. Minimum fill and other orderings take up to 20 % more time at 17 links.
 
 Settings of Ipopt with fewer factorisations per iteration take more iterations. On 4 intervals with 5, 7, 9 and 13
 links, Ipopt takes 23, 27, 30 and 45 iterations with 1.9 to 2.1 factorisations each. With a test of the curvature along
