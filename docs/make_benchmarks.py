@@ -19,9 +19,11 @@ its users would write it. To repeat the measurements:
     OMP_NUM_THREADS=1 pytest tests/benchmarks/test_five_link_opti.py --benchmark-only -s
     python docs/make_benchmarks.py
 
-A tool that is not installed is omitted. The files are run separately, because the imports of other tools slow down
-the others. Times are processor times, because other programs ran on the machine. The two measurements of a pair
-alternate. The tables give the median with the quartiles in parentheses; values without quartiles were measured once.
+A tool that is not installed is omitted. The files are run separately, because the imports of one tool slow down the
+others. Times are processor times, because other programs ran on the machine; *load* denotes its load average. The two
+measurements of a pair alternate. The tables give the median with the quartiles in parentheses; a value without
+quartiles was measured once, or its quartiles are equal in the printed digits. An exponent is the slope of a line fitted
+to the logarithms of both quantities.
 """
 
 BESIDE = """## Comparison with other tools
@@ -30,11 +32,12 @@ The problem is the sticking gait of the compass biped with the minimum integral 
 step length 0.4713 m, no limits on torque or friction, 20 intervals. *First* is the time to build and solve the
 problem, without imports; *again* is the time of a solve at 0.7 m/s that is warm-started from it. The error is that of
 the optimal value, relative to a very fine grid. Because the accuracy of the tools differs, gaitopt is timed on the
-coarsest grid on which it is at least as accurate; a ratio below 1 means that gaitopt is faster. The times of gaitopt
-include the assembly of the robot from its bodies, whereas the scripts contain the equations of motion in explicit
-form. The refinement of gaitopt is switched off (`tolerance=inf`), because the other tools do not refine either. The
-check between the nodes, and motion, work and energy, are then evaluated on access only, which is not timed here. With
-refinement, grids as coarse as these are refined further.
+coarsest grid on which it is at least as accurate, such as "6 of 3 points", which has 6 intervals of 3 points each. The
+ratio is the time of gaitopt divided by that of the tool; below 1, gaitopt is faster. The times of gaitopt include the
+assembly of the robot from its bodies, whereas the scripts contain the equations of motion in explicit form. The grid
+refinement of gaitopt is switched off (`tolerance=inf`), because the other tools do not refine either. The check between
+the nodes and the motion, work and energy of the result are then evaluated only when they are accessed, which is not
+timed here. By default, grids as coarse as these are refined.
 """
 
 BETWEEN = """### Distribution of the computing time
@@ -46,40 +49,42 @@ have to be rewritten. A repeated solve consists of four steps of Newton's method
 [From a contact sequence to a gait](concepts/optimisation.md) explains this method, and why the cost of transport
 requires other methods.
 
-If the robot is known from another grid, with its Functions, its pose at touchdown and the check of its input, a quarter
-of this time is saved: the first solve then takes 0.93 to 0.94 times as long as the hand-tuned script, instead of 1.25
-to 1.28 times (medians of three series of 57 pairs, 2026-11-23, load 15).
+If the robot has already been used on another grid, its Functions, its pose at touchdown and the check of its input are
+known, and a quarter of this time is saved: the first solve then takes 0.93 to 0.94 times as long as the hand-tuned
+script, instead of 1.25 to 1.28 times (medians of three series of 57 pairs, 2026-11-23, load 15).
 
 The command `gaitopt solve problems/compass_slip.py` takes 1.1 s of processor time: 30 % in Ipopt (87 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
 (half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
-and checks between nodes. It takes 0.76 of the processor time and 0.73 of the wall time of revision 183f18f (medians of
-15 pairs of runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without bytecode); other packages, Ipopt and
-the linear program alone take 0.4. Derivatives are not stored on disk: the command builds its own in 32 ms, and CasADi
-would take 24 ms to identify and read stored ones.
+and checks between nodes. It takes 0.76 of the processor time and 0.73 of the wall-clock time of an earlier revision of
+gaitopt, 183f18f (medians of 15 pairs of runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without
+bytecode); other packages, Ipopt and the linear program alone take 0.4 of the processor time of that revision.
+Derivatives are not stored on disk: the command builds them in 32 ms, and CasADi would take 24 ms to identify and read
+stored ones.
 """
 
 
 CHAINS = """## Many links
 
-A walker with a torso and two legs of equal links (absolute angles, one foot on the ground, `PlanarProblem` with lifted
-equations): time per iteration from the initial guess to the optimum, minimum of all rounds, and nonzeros of the
-Hessian, the Jacobian and the diagonal in the linear system of an iteration, over the number of links. The nonzeros
-grow linearly. The number of operations of one factorisation (L D Lᵀ with a minimum-degree ordering, counted from the
-pattern) grows faster than quadratically on both grids, because dense blocks contain unknowns of all links at a few
-nodes. A minimum cut of the graph of the system shows why: the unknowns and multipliers that separate one half of the
-step from the other number 135 at 21 links on both grids, about three per link at each of two instants, whereas those
-that separate the lower halves of both legs from the rest number 171 on 4 intervals and 467 on 12. Cuts between links
-are smaller only above about 27 and 70 links, respectively. The number of operations with nested dissection by METIS
-differs by at most 30 % from that in the table on 12 intervals.
+The walker of this section is a chain of links: a torso and two legs of equal links (absolute angles, one foot on the
+ground, `PlanarProblem` with [lifted equations](concepts/optimisation.md)). The first table below lists, for several
+numbers of links, the time per iteration from the initial guess to the optimum (minimum of all rounds), the number of
+nonzeros of the linear system of an iteration (Hessian, Jacobian and diagonal), and the number of operations of its
+factorisation. The nonzeros grow linearly. The number of operations of one factorisation (L D Lᵀ with a minimum-degree
+ordering, counted from the pattern) grows faster than quadratically on both grids, because dense blocks contain unknowns
+of all links at a few nodes. A minimum cut of the graph of the system shows why: at 21 links, the unknowns and Lagrange
+multipliers that separate one half of the step from the other number 135 on both grids, about three per link at each of
+two instants, whereas those that separate the lower halves of both legs from the rest number 171 on 4 intervals and 467
+on 12. Cuts between links are smaller only above about 27 links on 4 intervals and 70 links on 12. On 12 intervals, the
+number of operations with nested dissection by METIS differs by at most 30 % from that in the table.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
 and processes larger ones at a higher rate. From 5 to 21 links, measured once while other programs ran, the time of
 one factorisation grows with the exponent 1.21 on 4 intervals and 1.47 on 12, that of one solution with the factors with
 0.94 and 1.31, and that of the remaining parts of an iteration with at most 0.8. The evaluation of the functions takes
-4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations at 5, 9 and 13 links and 2.4 at 21,
-since the Hessian is not positive definite; with a single one, the exponent from 5 to 21 links would still be 1.35.
-Minimum fill and other orderings take up to 20 % more time at 17 links.
+4 % of the time at 21 links. On 12 intervals, an iteration takes 2.2 factorisations on average at 5, 9 and 13 links and
+2.4 at 21, since the Hessian is not positive definite; with a single one, the exponent from 5 to 21 links would still be
+1.35. Minimum fill and other orderings take up to 20 % more time at 17 links.
 
 Settings of Ipopt with fewer factorisations per iteration take more iterations. On 4 intervals with 5, 7, 9 and 13
 links, Ipopt takes 23, 27, 30 and 45 iterations with 1.9 to 2.1 factorisations each. With a test of the curvature along
@@ -90,10 +95,11 @@ problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 
 0.7), the chains take 27, 52, 51 and 112 iterations with 1.9 to 2.0 factorisations.
 """
 
-FIVE_LINKS = """The walker with five links of RABBIT's size that slips at touchdown (friction 0.2, 0.7 m/s, step length
-0.4 m, 12 intervals in each phase), and a plain script with CasADi's Opti: time to build and solve the same NLP of
-four points per interval, and at default accuracy, where gaitopt adds points from four to six while the script solves
-the last NLP only.
+FIVE_LINKS = """The next table compares gaitopt with a plain script for CasADi's Opti, for a walker with five links and
+the size of the robot RABBIT that slips at touchdown (friction 0.2, 0.7 m/s, step length 0.4 m, 12 intervals in each
+phase). The first row is the time to build and solve the same NLP with four points per interval; the second one is that
+at default accuracy, for which gaitopt increases the number of points from four to six, whereas the script solves the
+last NLP only.
 """
 
 ROBOTS = """## Other robots
@@ -104,20 +110,21 @@ by `python docs/make_gallery.py` while other programs ran:
 
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;
 the best gait of each point is then solved to the tolerance, for which its nodes are usually placed once more, and
-replayed. If the multipliers predict that the reverse direction leads to the known gait, it is not solved.
+replayed. If the Lagrange multipliers predict that the sweep in the reverse direction leads to the known gait of a
+point, that gait is not solved again.
 """
 
 REPEATED = """## Repeated solves of the cost of transport
 
-A gait at friction 0.14 with 40 intervals (0.633 m/s, step length 0.4713 m, torques up to 6 N m) is the start of a
-gait at friction 0.15. *First* is a solve with a new robot, *cold* one with everything compiled, and *again* the
-repeated solve. All include refinement and checks.
+A solve at friction 0.15 is warm-started from a gait at friction 0.14 with 40 intervals (0.633 m/s, step length
+0.4713 m, torques up to 6 N m). *First* is a cold solve with a new robot, *cold* one with all Functions available, and
+*again* the warm-started solve. All include refinement and checks.
 """
 
-REPEATED_BESIDE = """The scripts for the other tools split the joint powers into positive and negative parts as well:
-gaitopt at three points per interval, the script for Opti at two, and that for rockit at one. They are compared with
-as many intervals and with as many slacks. They do not bound the work between these points, so their costs are less
-accurate.
+REPEATED_BESIDE = """Like gaitopt, the scripts for the other tools split the joint powers into positive and negative
+parts: gaitopt at three points per interval, the script for Opti at two, and that for rockit at one. Each script is
+compared with gaitopt at an equal number of intervals and at an equal number of slacks, which are the unknowns of the
+split. The scripts do not bound the work between these points, so their costs are less accurate.
 """
 
 
@@ -171,8 +178,9 @@ def growth(results):
         values = [f"{1e3 * value:.1f}" for value in numbers["seconds"].values()]
         lines.append(row([name, *values, f"{numbers['exponent']:.2f}"]))
     build = results["build"]["numbers"]
-    lines += ["", f"Building `slip+ stick | slip+` takes {spread(build['ratio'])} times as long as `stick | stick`:"]
-    lines += [f"{seconds(build['slip'])} s and {seconds(build['stick'])} s, without the robot.", ""]
+    lines += ["", f"Building the NLP of `slip+ stick | slip+` takes {spread(build['ratio'])} times as long as"]
+    times = f"{seconds(build['slip'])} s and {seconds(build['stick'])} s"
+    lines += [f"that of `stick | stick`: {times}, without the robot.", ""]
     return "\n".join(lines)
 
 
@@ -218,8 +226,9 @@ def convergence(results):
     """Return the section with the cost over the grid."""
     lines = ["## Convergence", ""]
     lines += [
-        "Cost of transport at friction 0.14, 0.633 m/s, step length 0.4713 m and torques up to 6 N m. The numbers of",
-        "intervals of the phases are in parentheses; they are doubled if the plan violates a contact mode between",
+        "Cost of transport at friction 0.14, 0.633 m/s, step length 0.4713 m and torques up to 6 N m, for four stated",
+        "numbers of intervals. The numbers of intervals of the phases are in parentheses; a slip phase has a quarter",
+        "of the stated number, but at least 5, and all numbers are doubled if the plan violates a contact mode between",
         "nodes.",
         "",
     ]
@@ -240,9 +249,9 @@ def studies(results):
     numbers, machine = results["sweep"]["numbers"], results["sweep"]["machine"]
     return (
         "## Sweeps\n\n"
-        "A sweep over 26 friction coefficients from 0.1 to 0.25 and two contact sequences (52 gaits, each solved from\n"
-        f"both sides and replayed) takes {numbers['one']:.1f} s, which equals {numbers['solves']:.1f} cold solves of "
-        f"{numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
+        "A sweep over 26 friction coefficients from 0.1 to 0.25 and two contact sequences (52 gaits, each solved in\n"
+        f"both directions and replayed) takes {numbers['one']:.1f} s, which equals {numbers['solves']:.1f} cold solves "
+        f"of {numbers['cold']:.2f} s. Two workers are\n{numbers['speed_up']:.2f} times as fast as one. "
         f"Times are wall-clock times and include imports ({machine}).\n\n"
         f"{SWEEPS}"
     )
@@ -273,7 +282,7 @@ def made_with(results):
     lines = ["## Versions", ""]
     for name, part in results.items():
         versions = ", ".join(f"{package} {version}" for package, version in part["versions"].items())
-        title = name.replace("beside ", "comparison with ")
+        title = name.replace(" beside ", ", comparison with ").replace("beside ", "comparison with ")
         lines.append(f"- {title}: {part['date']}, Python {part['python']}, {part['machine']}, {versions}")
     return "\n".join([*lines, ""])
 

@@ -21,14 +21,15 @@ HEAD = """# Audit
 {count} random problems, solved with the default options, verified by replay in the simulator, and replayed again by a
 second integrator. The problems are the installed scripts below with random settings (seed {seed}). The second
 integrator shares only the symbolic equations of the robot with the simulator: contact forces, contact modes, event
-location, impacts and the integration (SciPy's DOP853) are computed separately. Every problem can be repeated
-by `gaitopt solve` with the settings in the results of `gaitopt audit`.
+location, impacts and the integration are computed by separate code. Both integrate by the method DOP853, the second one
+with SciPy's implementation. Every problem can be repeated by `gaitopt solve` with the settings in the results of
+`gaitopt audit`.
 
-- *verified*: the plan and both replays agree in the sequence, the state (within {state:g}) and the period (within
-  {period:g} s).
+- *verified*: the plan and both replays agree in the sequence, the state (within {state:g}, SI units) and the period
+  (within {period:g} s).
 - *false pass*: the simulator verifies the gait, and the second integrator does not.
-- *refused*: the solve has a solution that fails its replay in the simulator (status `not_verified`).
-- *plan inaccurate*, *infeasible* and others: statuses of solves without a solution. They include problems that have no
+- *refused*: the solve returns a gait that fails its replay in the simulator (status `not_verified`).
+- *plan inaccurate*, *infeasible* and others: statuses of solves without a gait. They include problems that have no
   gait, since the settings are drawn at random.
 
 This page is written by `python -m tests.audit_page FILE`.
@@ -70,7 +71,8 @@ def describe(rows):
     lines = []
     if errors:
         lines.append(
-            f"- largest deviation of the second replay from a plan: {max(errors):.1e}; median {np.median(errors):.0e}"
+            "- largest deviation of the state of the second replay from the plan (SI units): "
+            f"{max(errors):.1e}; median {np.median(errors):.0e}"
         )
     lines.append(f"- processor time of a problem: median {np.median(seconds):.1f} s, largest {max(seconds):.0f} s")
     solved = [row for row in rows.values() if row["result"] in ("verified", "false pass", "refused")]

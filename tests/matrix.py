@@ -47,20 +47,24 @@ STEPS = (1e-6, 1e-7, 1e-8)
 HEAD = """# Catalogue
 
 Results of the checks of each problem script and its robot. `python -m tests.matrix` writes this page by running every
-script in `problems`.
+script in `problems`. The columns contain:
 
 - *check*: `check_robot` or `check_planar` of the robot.
-- *gait*: the optimal gait, or the first periodic gait of a passive robot.
-- *replay*: largest error of the state after a step in the simulator under the planned torques (at most 1e-6); for a
-  passive gait, the change of the state over a period.
+- *gait*: the optimal gait; for a passive robot, the periodic gait that is found first, or, with one foot on the ground
+  at a time, the one of smallest spectral radius.
+- *replay*: largest error of the state (SI units) after a step in the simulator under the planned torques (at most
+  1e-6); for a passive gait, the change of the state over a period.
 - *multipliers*: largest difference of the return map's exact derivative from central differences, relative to the
-  largest entry (at most 1e-5), and the spectral radius in open loop; under feedback if the open loop magnifies rounding
-  errors too much for differences. The smallest difference is used, over the steps 1e-6, 1e-7 and 1e-8 and over linear
-  extrapolations from two of them to a step of zero: where the force of a foot vanishes at lift-off, second derivatives
-  jump, and the error of a difference is proportional to its step.
-- *law that stabilises it*: the feedback, and the spectral radius with it. A gait of a robot with several contacts is
-  planned again with a foot clearance of {clearance:g} m and a least impulse of {impulse:g} N s where the gait of
-  the script grazes the ground.
+  largest entry (at most 1e-5), and the spectral radius; both in open loop, or under feedback if the open loop magnifies
+  rounding errors too much for central differences. The smallest difference is given, over the steps 1e-6, 1e-7 and 1e-8
+  of the central differences and over linear extrapolations from two of them to a step of zero: if the force of a foot
+  vanishes at lift-off, second derivatives jump, and the error of a central difference is proportional to its step.
+- *law that stabilises it*: the feedback, and the spectral radius with it.
+- *report*, *animation*: whether `gaitopt report` and `gaitopt animate` write their files.
+
+If a gait of a robot with several contacts grazes the ground, it is planned again with a foot clearance of {clearance:g}
+m and impulses of at least {impulse:g} N s at the contacts that an impact leaves closed; the cell then contains "planned
+with clearance and impulse".
 
 {table}
 

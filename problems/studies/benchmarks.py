@@ -87,11 +87,12 @@ def _simplest_numbers(limit):
     name, values = "simplest walker", dict(limit)
     values["real"], values["imaginary"] = _pair(limit)
     units = {"th1": "rad", "th1_rate": UNIT}
+    labels = {"real": "real part of multipliers 1, 2", "imaginary": "imaginary part of multipliers 1, 2"}
     numbers = [
-        PublishedValue(f"{name}: {key}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
+        PublishedValue(f"{name}: {labels.get(key, key)}", float(values[key]), reference, 1e-9, OWN, units.get(key, "1"))
         for key, reference in SIMPLEST.items()
     ]
-    return (*numbers, PublishedValue(f"{name}: third multiplier", float(limit["third"]), 0.0, 1e-9, OWN))
+    return (*numbers, PublishedValue(f"{name}: multiplier 3", float(limit["third"]), 0.0, 1e-9, OWN))
 
 
 def _goswami_numbers(cycle):

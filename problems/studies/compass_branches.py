@@ -44,11 +44,12 @@ def _remarks(branches):
     for branch in branches:
         for point in branch.special:
             radii = [max(abs(sides), default=math.nan) for sides in (point.multipliers_before, point.multipliers_after)]
-            beyond = f"{point.after} beyond" if len(point.multipliers_after) else point.after
-            yield (
-                f"{point.kind.label} at mu = {point.value:.10f}, located within {point.width:.0e}: {point.before}, "
-                f"{beyond}; spectral radii {radii[0]:.4f} and {radii[1]:.4f}."
-            )
+            if len(point.multipliers_after):
+                gaits = f"`{point.before}` before and `{point.after}` beyond, "
+                gaits += f"with spectral radii of {radii[0]:.4f} and {radii[1]:.4f}"
+            else:
+                gaits = f"`{point.before}` before, with a spectral radius of {radii[0]:.4f}; {point.after}"
+            yield f"{point.kind.label} at mu = {point.value:.10f}, located within {point.width:.0e}: {gaits}."
 
 
 if __name__ == "__main__":

@@ -5,15 +5,15 @@ double support, the trailing foot is dragged forward while the front foot sticks
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. Sticking contacts keep a
 margin from slipping, and all gaits keep margins from other outcomes of the impact and from grazing touchdowns.
 Percentages are the saving of double support relative to the better of the other two; "only" marks points where neither
-of them was found, and "none" those without a double support. Below, the absolute work of the motors (positive work plus
-braking work) and its parts, the losses and twice the braking work: left bar single support, middle bar slipping
-landing, right bar double support.
+of them was found, and "none" those without a double support. The lower panel shows the absolute work of the motors
+(positive work plus braking work) and its parts, the losses and twice the braking work, for single support (left bar),
+slipping landing (middle bar) and double support (right bar).
 
-Long single-support steps need large torques that brake the legs; in the double support the impact and the slide take
-the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that slips
-backward. Five further random starts at steps of 0.8 m and friction 0.2 and 0.4 led to no lower cost. Slow long steps
-(0.25 m/s, 0.9 m) are not shown: both legs of their optima are vertical at the same instant, and whether the swing foot
-touches the ground there depends on errors below the tolerances, so that their replays fail.
+Long single-support steps need large torques that brake the legs; in the double support the impact and the slip
+dissipate the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that
+slips backward. Five further random starts at steps of 0.8 m and friction 0.2 and 0.4 led to no lower cost. Slow long
+steps (0.25 m/s, 0.9 m) are not shown: both legs of their optima are vertical at the same instant, and whether the swing
+foot touches the ground there depends on errors below the tolerances, so that their replays fail.
 """
 
 import numpy as np

@@ -110,10 +110,11 @@ def _remarks(closed_loops, work, sizes, ends):
     undisturbed = absolute_work(plan(IMITATED).motion)
     least, most = (choose(list(work.values())) / (10 * undisturbed) for choose in (np.nanmin, np.nanmax))
     yield (
-        f"On the gait itself feedback has no cost. After pushes of up to {sizes[-1]:g} rad/s in either direction, ten "
-        f"steps require {100 * least:+.1f} to {100 * most:+.1f} % more joint work than ten steps of the gait."
+        f"On the gait itself feedback has no cost. After pushes of up to {sizes[-1]:g} rad/s in either direction, the "
+        f"joint work of ten steps differs by {100 * least:+.1f} to {100 * most:+.1f} % from that of ten steps of the "
+        "gait."
     )
-    yield f"A cross marks the end of a walk: {'; '.join(ends)}." if ends else "No walk ends early."
+    yield f"A cross marks a walk that ends early: {'; '.join(ends)}." if ends else "No walk ends early."
 
 
 if __name__ == "__main__":

@@ -88,8 +88,8 @@ def _remarks(weakened):
         if gaits:
             (most, strong), (limit, weak) = gaits[0], gaits[-1]
             yield (
-                f"`{sequence}` at friction {friction:g}: found down to {limit:g} N m at the ankle, where the "
-                f"cost is {weak.cost_of_transport / strong.cost_of_transport:.1f} times that with {most:g} N m."
+                f"`{sequence}` at friction {friction:g}: gaits were found down to {limit:g} N m at the ankle, where "
+                f"the cost is {weak.cost_of_transport / strong.cost_of_transport:.1f} times that with {most:g} N m."
             )
 
 
@@ -100,9 +100,9 @@ def _remarks_alone(speed, alone):
         if cost is not both and np.any(np.isfinite(cost)):
             best = int(np.nanargmin(cost / both))
             yield (
-                f"{name.capitalize()} at friction {HIGH_FRICTION:g}: found at {np.isfinite(cost).sum()} of "
-                f"{speed.size} speeds; the lowest relative cost is {cost[best] / both[best]:.2f} times that with both "
-                f"motors, at {speed[best]:g} m/s."
+                f"{name.capitalize()} at friction {HIGH_FRICTION:g}: gaits were found at {np.isfinite(cost).sum()} of "
+                f"{speed.size} speeds; the lowest ratio of the cost to that with both motors is "
+                f"{cost[best] / both[best]:.2f}, at {speed[best]:g} m/s."
             )
 
 

@@ -1,9 +1,10 @@
 """Why slip reduces the cost: energy losses of two contact sequences as functions of friction.
 
-At equal speed and step length, the work of the motors is the impact loss plus the friction loss plus twice the braking
-work, for both contact sequences. A touchdown that slips forward has a smaller impact loss: friction limits the
-tangential impulse, so that a part of the tangential motion, which a sticking impact stops, is retained. This saving
-exceeds the cost of slip and braking, until friction is so high that slip would have to be forced by the motors.
+On level ground the absolute work of the motors is the impact loss plus the friction loss plus twice the braking work,
+for both contact sequences, which are compared at equal speed and step length. A touchdown that slips forward has a
+smaller impact loss: friction limits the tangential impulse, so that a part of the tangential motion, which a sticking
+impact stops, is retained. This saving exceeds the cost of slip and braking, until friction is so high that slip would
+have to be forced by the motors.
 """
 
 import numpy as np
@@ -65,8 +66,8 @@ def _remarks(frictions, terms):
         impact, slip, braking = (_difference(terms[name])[number] for name, *_ in TERMS)
         yield (
             f"At friction {frictions[number]:g} the slipping touchdown reduces the impact loss by {-impact:.3f} J/m; "
-            f"slip costs {slip:.3f} J/m and braking {braking:+.3f} J/m; "
-            f"in total, the work changes by {impact + slip + braking:+.3f} J/m."
+            f"slip dissipates {slip:.3f} J/m, and twice the braking work changes by {braking:+.3f} J/m; "
+            f"in total, the absolute work changes by {impact + slip + braking:+.3f} J/m."
         )
 
 

@@ -2,8 +2,7 @@
 
 Each contact sequence is swept over friction in both directions, and every gait is replayed. The lower the friction, the
 larger the benefit of slip: forward at touchdown, and backward at the end of the step. The band at the top has the
-colour of the sequence of lowest cost. A hollow marker denotes a slip phase of minimum duration, that
-is, an active bound.
+colour of the sequence of lowest cost. A hollow marker denotes a slip phase of minimum duration, whose bound is active.
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 
 Left: cost of transport of the better of two contact sequences. Right: saving of the gait that slips at touchdown
 relative to the one that always sticks, in percent, in parentheses if the slip phase has the minimum duration. The frame
-marks the gait of the other studies.
+marks the standard gait.
 """
 
 import numpy as np

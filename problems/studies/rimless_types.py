@@ -4,7 +4,7 @@ The borders are special points of branches over friction at three slopes, follow
 the wheel rotates as on another slope with scaled gravity, so that the limits of Type D do not depend on the slope.
 Type A does not slip, so that its least slope does not depend on friction: it is followed from a branch over the slope.
 A border consists of curves between points of codimension two, at which the contact sequence before the special point
-changes.
+changes. Each end of a curve is at the end of the range or at the special point of another kind that it meets.
 """
 
 import itertools
@@ -90,7 +90,7 @@ def _label(axes, limits, frictions):
 
 
 def _numbers(curves):
-    """Yield the differences of borders from closed forms, and the gaps between the curves of a border."""
+    """Yield the differences of borders from closed forms, and the distances between the curves of a border."""
     for name in ("B and C", "C and D"):
         parts = sorted(
             (curve.values[np.argsort(curve.values[:, 1])] for other, curve in curves if other == name), key=_least_slope
@@ -98,7 +98,11 @@ def _numbers(curves):
         for left, right in itertools.pairwise(parts):
             place = f"{np.degrees(right[0, 1]):.4f} deg"
             yield PublishedValue(
-                f"Types {name}: gap at {place}", np.max(np.abs(right[0] - left[-1])), 0.0, 1e-9, ADJACENT
+                f"Types {name}: distance of adjacent curves at {place}",
+                np.max(np.abs(right[0] - left[-1])),
+                0.0,
+                1e-9,
+                ADJACENT,
             )
     for name, curve in curves:
         friction, slope = curve.values.T

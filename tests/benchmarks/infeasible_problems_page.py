@@ -16,14 +16,17 @@ def compose_page(results):
         [
             "# Infeasible problems",
             "",
-            f"Reports on {len(rows)} seeded random problems of the compass biped that have no gait near the starts:",
-            "a torque limit, a step length with little friction, or a speed is too demanding. Each problem is solved",
-            "with the default options, and a feasible one (the same robot with usual limits) after it. The ratio is",
-            "the processor time of the infeasible problem relative to the median of the feasible ones. Each limit that",
-            "is named is then changed in the original problem to the value that is reported as sufficient or, if this",
-            "does not lead to a gait, removed; limits that suffice only together are changed together. The changed",
-            "problem is solved and its gait is verified by the simulator. A problem is confirmed if each of its limits",
-            "leads to a verified gait in one of the two ways.",
+            f"Reports of the solver on {len(rows)} seeded random problems of the compass biped that have no gait near",
+            "the initial guesses: a torque limit, a step length with little friction, or a speed is too demanding.",
+            "Each problem is solved with the default options, and a feasible one (the same robot with usual limits)",
+            "after it. The ratio is the processor time of the infeasible problem relative to the median of the",
+            "feasible ones. Each limit that the report names is then changed in the original problem to the value",
+            "that is reported as sufficient or, if this does not lead to a gait, removed; limits that suffice only",
+            "together, which are joined by semicolons, are changed together. The changed problem is solved and its",
+            "gait is verified by the simulator. The result of the change is in parentheses, that of the removal",
+            "after the word *removed*; some problems were solved with both changes in any case. A problem is",
+            "confirmed if each of its named limits leads to a verified gait in one of the two ways. Problems that",
+            "turned out to be feasible are omitted, so some numbers are missing.",
             "",
             "This page is written by `python -m tests.benchmarks.infeasible_problems`.",
             "",
@@ -66,7 +69,8 @@ def summarise(results):
     inaccurate = [row["processor_seconds"] for row in list_inaccurate(results)]
     if inaccurate:
         shares.append(
-            f"- drawn as well, but feasible at the nodes: {len(inaccurate)} with the status `plan_inaccurate`, after "
+            f"- not in the table, because the limits are satisfied at the nodes: {len(inaccurate)} with the status "
+            "`plan_inaccurate`, after "
             f"at most {max(inaccurate):.1f} s"
         )
     return "\n".join(shares)

@@ -20,17 +20,19 @@ def compose_page(results, best):
             "# Random problems",
             "",
             f"Optimal gaits of {len(rows)} seeded random problems of the compass biped, each solved with the default",
-            "options. Friction (0.1 to 0.25), speed, step length and torque limit (8 to 20 N m) vary in all problems,",
-            "masses, leg length and centre of mass in half of them. The best known cost is the lowest of 12 starts on",
-            "two coarse grids, whose best solutions are refined to 80 and 160 intervals and replayed. The excess is",
-            "the relative difference between the cost of the default solve and the best known one; it contains the",
-            "error of the grid and, where the default solve ends in another local optimum, the difference between the",
-            "two. The error of the grid is the relative difference between the cost of the default solve and that of",
-            "the same local optimum on 160 intervals, for which it is the initial guess. The estimate of this error is",
-            f"the one reported by the solve; values below {100 * LEAST_ERROR:g} % are regarded as equal to this. The",
-            "disagreement is the largest relative difference of the minimised, the planned and the replayed cost. The",
-            "processor time includes the construction of the NLPs, which are stored for later problems of the same",
-            "kind.",
+            "options. Friction (0.1 to 0.25), speed, step length and torque limit (8 to 20 N m) vary in all",
+            "problems; masses, leg length and centre of mass vary in half of them. Costs are dimensionless; those of",
+            "squared torques are in N^2 m^2 s. The best known cost is the lowest of 12 starts on two coarse grids,",
+            "whose best solutions are refined to 80 and 160 intervals and replayed, or that of the default solve if",
+            "it is lower. The excess is the relative difference between the cost of the default solve and the best",
+            "known one; it contains the error of the grid and, if the default solve ends in another local optimum,",
+            "the difference between the two optima. The error of the grid is the relative difference between the",
+            "cost of the default solve and that of the same local optimum on 160 intervals, for which the default",
+            "solution is the initial guess. The estimate of this error is the one reported by the solve",
+            f"(`cost_error`); in the list below, errors and estimates of less than {100 * LEAST_ERROR:g} % count as",
+            f"{100 * LEAST_ERROR:g} %. The disagreement is the largest relative difference of the minimised, the",
+            "planned and the replayed cost. The processor time in the table includes the construction of the NLPs,",
+            "which later problems of the same kind use again.",
             "",
             "This page is written by `python -m tests.benchmarks.random_problems`.",
             "",
@@ -68,9 +70,10 @@ def summarise(results, best):
     near = sum(value is not None and value <= NEAR for value in compared)
     agreeing = sum(disagreement(row) is not None and disagreement(row) <= AGREEMENT for row in solved)
     lines = [
-        f"- solved: {len(solved)} of {len(rows)}; solved, but failed in the replay: {len(refused)}",
+        f"- solved: {len(solved)} of {len(rows)}; of these, failed the replay: {len(refused)}",
         f"- within {100 * NEAR:g} % of the best known cost: {near} of {len(compared)} with a known gait",
-        f"- minimised, planned and replayed cost within {AGREEMENT:g} of each other: {agreeing} of {len(solved)}",
+        f"- minimised, planned and replayed cost within a relative difference of {AGREEMENT:g}: "
+        f"{agreeing} of {len(solved)}",
     ]
     reported = {n: row for n, row in rows.items() if row.get("estimate") is not None}
     for text_of_truth, truths in (

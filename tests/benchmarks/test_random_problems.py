@@ -73,9 +73,9 @@ def test_shares_are_those_of_the_rows():
     results = {"problems": rows, "date": "2026-01-01", "versions": {"gaitopt": "0", "casadi": "3"}}
     best = {"problems": {name: {"best": 1.0} for name in rows}, "date": "2026-01-01"}
     summary = random_problems_page.summarise(results, best).splitlines()
-    assert summary[0] == "- solved: 2 of 3; solved, but failed in the replay: 1"
+    assert summary[0] == "- solved: 2 of 3; of these, failed the replay: 1"
     assert summary[1] == "- within 0.5 % of the best known cost: 1 of 3 with a known gait"
-    assert summary[2].endswith("of each other: 1 of 2")
+    assert summary[2].endswith("of 0.0001: 1 of 2")
     assert summary[3] == "- estimate within a factor of 3 of the error of the grid: 1 of 2"
     assert summary[4] == "- estimate within a factor of 3 of the excess over the best known cost: 1 of 2"
     page = random_problems_page.compose_page(results, best).splitlines()
