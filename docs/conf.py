@@ -1,5 +1,6 @@
 """Sphinx configuration of the documentation site: ``sphinx-build -W docs build/docs``."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -46,6 +47,12 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+if versions := os.environ.get("GAITOPT_DOCS_VERSIONS"):  # URL of the list of the versions that are published together
+    html_theme_options |= {
+        "switcher": {"json_url": versions, "version_match": version},
+        "check_switcher": False,  # the list is published with the pages and may not exist yet
+        "navbar_end": ["version-switcher", "theme-switcher", "navbar-icon-links"],
+    }
 html_context = {"default_mode": "auto"}
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
