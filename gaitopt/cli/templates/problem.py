@@ -13,7 +13,7 @@ from gaitopt.ocp import transcription_named
 
 @dataclass(frozen=True)
 class WorkAndTorque(Objective):
-    """Cost of transport plus weighted squared torques; the second term reduces the heat of the motors and torque peaks."""
+    """Cost of transport plus weighted squared torques; the second term reduces motor heat and torque peaks."""
 
     torque_weight: float  # [W / (N m)^2]
     name = "work_and_torque"
