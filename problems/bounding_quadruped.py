@@ -1,7 +1,7 @@
 """Quadruped that bounds at a given speed: both back legs, flight, both front legs, flight.
 
-Solve it with ``gaitopt solve problems/bounding_quadruped.py``.  Each pair of legs has a
-spring and a motor in parallel with it, and motors at the hips.
+Each pair of legs is modelled as one leg with a spring, a motor in parallel with the spring, and a motor at the hip.
+Solve it with ``gaitopt solve problems/bounding_quadruped.py``.
 """
 
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ class LegEffort(Objective):
     name, unit, smooth, typical = "leg_effort", "N^2 m^2 s", True, 20.0
 
     def integrand(self, point):
-        """Return the weighted sum of the squares."""
+        """Return the sum of the squares [N^2 m^2]; the forces [N] have the weight 1e-3 m^2."""
         legs, hips = ([point.torque_of(f"{pair} {part}") for pair in ("back", "front")] for part in ("leg", "hip"))
         return 1e-3 * sum(force**2 for force in legs) + sum(torque**2 for torque in hips)
 
 
 def bound_guess(stride, period, height, stance=0.35):
-    """Return a guess in which each pair of legs is on the ground for a share of the period, half a period apart."""
+    """Return a guess in which each pair of legs is on the ground for a fraction `stance` of the period."""
     part = np.linspace(0, 1, 21)
     coordinates = {
         "x": stride * part,
@@ -46,10 +46,10 @@ def problem(
     sequence="back foot stick > flight | front foot stick > flight |",  # phases and events of a stride
     friction=0.8,  # Coulomb coefficient
     speed=1.8,  # [m/s]
-    step_length=0.8,  # travel in a stride [m]
-    stiffness=5000.0,  # of the springs of a pair of legs [N/m]
+    step_length=0.8,  # travel per stride [m]
+    stiffness=5000.0,  # of the spring of each pair of legs [N/m]
     clearance=5e-3,  # least height of the feet in flight [m]
-    approach=0.1,  # least speed of landing [m/s]
+    approach=0.1,  # least normal speed of a foot when it lands [m/s]
     intervals=8,  # in each phase
 ):
     """Return the problem of a stride."""

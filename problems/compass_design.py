@@ -8,20 +8,20 @@ from gaitopt.ocp import transcription_named
 
 
 def problem(
-    least_com=0.4,  # bounds of the distance of a leg's mass from its foot [m]
-    most_com=1.0,
-    least_hip_mass=1.0,  # bounds of the hip mass [kg]
-    most_hip_mass=3.0,
+    least_com=0.4,  # lower bound of the distance of a leg's mass from its foot [m]
+    most_com=1.0,  # upper bound of this distance [m]
+    least_hip_mass=1.0,  # lower bound of the hip mass [kg]
+    most_hip_mass=3.0,  # upper bound of the hip mass [kg]
     friction=0.14,  # Coulomb coefficient
     speed=0.633,  # [m/s]
     step_length=0.4713,  # [m]
     torque_limit=6.0,  # of ankle and hip each [N m]
     objective="torque_squared",  # or cost_of_transport, positive_work, ...
-    intervals=40,
+    intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     sequence="slip+ stick | slip+",  # contact sequence: phases | impact
     transcription="collocation",  # or multiple_shooting
 ):
-    """Return the problem: the design and the gait of least squared torques at a given speed and step length."""
+    """Return the problem: the parameters and the gait of lowest cost at a given speed and step length."""
     return GaitProblem(
         name="compass biped with free masses",
         robot=compass_biped(),

@@ -14,7 +14,7 @@ LEG_LENGTH = 1.6  # [m]
 
 
 def dragged_guess(step_length, period, double_support=0.25, drag=0.75):
-    """Return a guess in which the foot is dragged by a share of the step, for a share of the period."""
+    """Return a guess in which the trailing foot is dragged by the fraction `drag` of the step in double support."""
     hip = np.array([-1, drag - 1, 1]) * step_length / 2  # ahead of the foot that sticks, at the ends of the phases
     trailing = np.array([-1, drag - 1, 1]) * step_length / 2
     coordinates = {"x": hip - hip[0], "y": np.sqrt(LEG_LENGTH**2 - hip**2)}
@@ -29,10 +29,10 @@ def problem(
     speed=0.25,  # [m/s]
     step_length=0.4713,  # [m]
     torque_limit=np.inf,  # of ankle and hip each [N m]
-    double_intervals=8,  # in the phase with two feet on the ground
-    single_intervals=16,
+    double_intervals=8,  # grid intervals of the phase with two feet on the ground
+    single_intervals=16,  # grid intervals of a phase with one foot on the ground
 ):
-    """Return the problem of a step; the ankle torque acts on the foot that sticks."""
+    """Return the problem of a step; the ankle torque acts at the foot that sticks."""
     double = "foot A slip+, foot B stick" in sequence
     idle, phases = ("ankle A" if double else "ankle B"), sequence.replace("|", ">").split(">")[:-1]
     counts = [double_intervals if "," in phase else single_intervals for phase in phases]

@@ -22,9 +22,9 @@ def problem(
     speed=0.633,  # [m/s]
     step_length=0.4713,  # [m]
     torque_limit=5.0,  # of ankle and hip each [N m]; one sixth of 6 N m is reserved for feedback
-    cone=0.05,  # margin of the friction cone in sticking phases, as a fraction
+    cone=0.05,  # margin to the boundary of the friction cone in sticking phases, as a fraction of the cone
     impact_cone=0.1,  # the same for a sticking impact
-    intervals=40,
+    intervals=40,  # grid intervals of a sticking phase (a slip phase has a quarter)
     transcription="collocation",  # or multiple_shooting
 ):
     """Return the problem of compass_slip.py with margins."""

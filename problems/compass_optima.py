@@ -1,7 +1,7 @@
-"""Optimal gaits of a compass biped over friction: squared torques at a given speed and step length.
+"""Gaits of a compass biped with the least squared torques at a given speed and step length, to be traced over friction.
 
 Run it with ``gaitopt trace problems/compass_optima.py --over friction=0.10:0.25 -o optima.png``, which follows the
-optimum and marks every friction at which a constraint becomes active or inactive.
+optimum and marks every friction coefficient at which a constraint becomes active or inactive.
 """
 
 from gaitopt import GaitProblem, Limits, compass_biped

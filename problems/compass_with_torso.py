@@ -10,14 +10,14 @@ from gaitopt.ocp import PlanarLimits, PlanarProblem
 
 
 def problem(
-    sequence="stick | stick",  # or "foot A stick |"
+    sequence="stick | stick",  # short form of "foot A stick |"
     friction=0.8,  # Coulomb coefficient
     speed=0.7,  # [m/s]
     step_length=0.4,  # [m]
-    torque_limit=60.0,  # of each hip [N m]
+    torque_limit=60.0,  # of each torque between torso and leg [N m]
     lean=0.5,  # largest angle of the torso from the vertical [rad]
-    approach=0.05,  # least speed of landing [m/s]
-    intervals=20,
+    approach=0.05,  # least normal speed of the foot when it lands [m/s]
+    intervals=20,  # grid intervals of the step
 ):
     """Return the problem of a step."""
     return PlanarProblem(

@@ -1,7 +1,7 @@
 """Walker with heel and toe: heel strike, push-off of the trailing toe, foot flat, heel-off; motors at hip and ankles.
 
 Solve it with ``gaitopt solve problems/flat_foot.py``.  The legs are straight, so a foot swings through the ground and
-lands only if the angle between the legs is at least `clearance_angle`.  The gait without double support is solved with
+can land only if the angle between the legs exceeds `clearance_angle`.  The gait without double support is solved with
 ``--set sequence="heel A stick | heel A stick, toe A stick > toe A stick |"``.
 """
 
@@ -34,9 +34,9 @@ def problem(
     hip_torque=60.0,  # largest torque of the hip [N m]
     ankle_torque=60.0,  # of each ankle [N m]
     ankle_angle=0.4,  # largest angle of an ankle [rad]
-    clearance_angle=0.35,  # least angle between the legs at which a foot lands [rad]
-    approach=0.05,  # least speed of heel and toe when they land [m/s]
-    intervals=6,  # in a phase; a flat foot has twice as many
+    clearance_angle=0.35,  # least angle between the legs at which a foot can land [rad]
+    approach=0.05,  # least normal speed of heel and toe when they land [m/s]
+    intervals=6,  # grid intervals of a phase; a phase with a flat foot has twice as many
 ):
     """Return the problem of a step."""
     phases = sequence.replace("|", ">").split(">")[:-1]

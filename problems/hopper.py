@@ -16,7 +16,7 @@ def problem(
     gravity=9.81,  # [m/s^2]
     sequence=None,  # contact sequence as it is printed; None for all gaits that are found
 ):
-    """Return the hopper; ``body_rate`` of a gait is its speed of landing."""
+    """Return the hopper; ``body_rate`` of a gait is the velocity of the body immediately after the landing."""
     height = 0.2
     return PlanarWalkProblem(
         name="vertical hopper",

@@ -1,7 +1,8 @@
-"""Optimal hop of a monopod that is imported from MJCF and cut to the sagittal plane.
+"""Optimal hop of a monopod that is imported from MJCF and reduced to the sagittal plane.
 
-It is the robot of monopod.py, with the angle of the leg relative to the body.  Needs ``pip install 'gaitopt[import]'``.
-Solve it with ``gaitopt solve problems/imported_mjcf.py``.  The import accepts the path of a file, too.
+The robot is that of monopod.py; the angle of the leg is relative to the body.  The script requires ``pip install
+'gaitopt[import]'``.  Solve it with ``gaitopt solve problems/imported_mjcf.py``.  The import also accepts the path of a
+file.
 """
 
 import functools
@@ -32,7 +33,7 @@ MJCF = """<mujoco model="monopod">
 
 @functools.cache
 def hopper():
-    """Return the monopod and what its import has dropped."""
+    """Return the imported monopod, with the list of the parts of the file that are omitted."""
     return import_planar(MJCF, contacts={"sole": ("foot", (0, 0, 0))})
 
 
@@ -56,8 +57,8 @@ def problem(
     step_length=0.6,  # [m]
     foot_mass=1.0,  # [kg]
     clearance=2e-3,  # least height of the foot in flight [m]
-    stance_intervals=8,
-    flight_intervals=24,
+    stance_intervals=8,  # grid intervals of the phase with the foot on the ground
+    flight_intervals=24,  # grid intervals of the flight
 ):
     """Return the problem of a hop."""
     return PlanarProblem(

@@ -1,7 +1,8 @@
-"""Optimal gait of a five-link walker that is imported from URDF and cut to the sagittal plane.
+"""Optimal gait of a five-link walker that is imported from URDF and reduced to the sagittal plane.
 
-Needs ``pip install 'gaitopt[import]'``.  Solve it with ``gaitopt solve problems/imported_urdf.py``.  The import reports
-what it has dropped, here the roll joints and the distance between the hips.  It accepts the path of a file, too.
+The script requires ``pip install 'gaitopt[import]'``.  Solve it with ``gaitopt solve problems/imported_urdf.py``.  The
+import reports what it omits, here the roll joints and the distance between the hips.  It also accepts the path of a
+file.
 """
 
 import functools
@@ -35,7 +36,7 @@ URDF = f"""<robot name="five_link">
 
 @functools.cache
 def walker():
-    """Return the walker and what its import has dropped."""
+    """Return the imported walker, with the list of the parts of the file that are omitted."""
     return import_planar(
         URDF,
         contacts={f"{side} foot": (f"{side}_shank", (0, 0, -0.4)) for side in ("left", "right")},
@@ -49,8 +50,8 @@ def problem(
     speed=0.7,  # [m/s]
     step_length=0.4,  # [m]
     torso_mass=12.0,  # [kg]
-    approach=0.05,  # least speed of landing [m/s]
-    intervals=12,
+    approach=0.05,  # least normal speed of the foot when it lands [m/s]
+    intervals=12,  # grid intervals of the step
 ):
     """Return the problem of a step."""
     hip, knee = (-1, 1.2), (0.02, 2)

@@ -1,11 +1,11 @@
 """Passive walker with knees that latch: periodic gaits and their stability.
 
-A thigh and a shank per leg, point masses and point feet (as in Chen, MIT 2007).  The stance knee is straight; the swing
-knee is released at touchdown and latches at its strike in mid-swing.  Run it with ``gaitopt stability
-problems/kneed_walker.py``.
+Each leg has a thigh and a shank with point masses, and a point foot, as in Chen (MIT, 2007).  The stance knee is
+latched straight; the knee of the swing leg is released at touchdown and latches at the knee strike in mid-swing.  Run
+it with ``gaitopt stability problems/kneed_walker.py``.
 
-From other states, a simulation may end as ambiguous at a knee strike.  With large friction, two outcomes may satisfy
-the impact law there: the stance foot sticks, or it leaves the ground.
+A simulation from a state far from the gait may end as ``ambiguous`` at a knee strike: with large friction, two outcomes
+may satisfy the impact law, one in which the stance foot sticks and one in which it leaves the ground.
 """
 
 import math

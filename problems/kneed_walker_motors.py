@@ -1,7 +1,8 @@
 """Walker with latched knees and motors at hip and knees, on a slope too gentle for its passive gait.
 
-The swing knee is released at touchdown and latches at its strike.  The passive gait of kneed_walker.py needs 2.9
-degrees.  Solve it with ``gaitopt solve problems/kneed_walker_motors.py``.
+The knee of the swing leg is released at touchdown and latches at the knee strike.  The branch of passive gaits of
+kneed_walker.py, which walks down 2.9 degrees, turns back at 1.8 degrees.  Solve it with ``gaitopt solve
+problems/kneed_walker_motors.py``.
 """
 
 import math
@@ -36,10 +37,10 @@ def problem(
     step_length=0.45,  # [m]
     hip_torque=10.0,  # largest torque of the hip [N m]
     knee_torque=2.0,  # of each knee [N m]
-    bend=0.1,  # least flexion of the swinging knee between release and strike [rad]
-    straight=0.15,  # shortest time between the knee's strike and the landing of the foot [s]
-    approach=0.2,  # least speed of the foot when it lands [m/s], and rate of the knee when it strikes [rad/s]
-    intervals=10,  # in each phase
+    bend=0.1,  # least flexion of the knee of the swing leg between release and strike [rad]
+    straight=0.15,  # shortest duration of each phase [s], so that the knee is straight before the foot lands
+    approach=0.2,  # least normal speed of the foot when it lands [m/s], and rate of the knee at the knee strike [rad/s]
+    intervals=10,  # grid intervals of each phase
 ):
     """Return the problem of a step."""
     return PlanarProblem(

@@ -11,7 +11,7 @@ from gaitopt.model.robots.monopod import monopod
 from gaitopt.ocp import Objective, PlanarLimits, PlanarProblem
 
 PITCH = (-0.5, 0.5)
-"""Bounds of the body's angle [rad].  The cost does not depend on its mean, which is undetermined without them."""
+"""Bounds of the body's angle [rad].  Without them its mean is undetermined, because the cost does not depend on it."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class HopEffort(Objective):
     name, unit, smooth, typical = "hop_effort", "N^2 m^2 s", True, 20.0
 
     def integrand(self, point):
-        """Return the weighted sum of the squares."""
+        """Return the sum of the squares [N^2 m^2]; the force [N] has the weight 1e-3 m^2."""
         return 1e-3 * point.torque_of("leg") ** 2 + point.torque_of("hip") ** 2
 
 
@@ -32,9 +32,9 @@ def problem(
     step_length=0.6,  # [m]
     stiffness=3000.0,  # of the leg's spring [N/m]
     clearance=2e-3,  # least height of the foot in flight [m]
-    approach=0.1,  # least speed of landing [m/s]
-    stance_intervals=8,  # in each phase with the foot on the ground
-    flight_intervals=24,
+    approach=0.1,  # least normal speed of the foot when it lands [m/s]
+    stance_intervals=8,  # grid intervals of each phase with the foot on the ground
+    flight_intervals=24,  # grid intervals of the flight
 ):
     """Return the problem of a hop."""
     phases = sequence.replace("|", ">").split(">")[:-1]

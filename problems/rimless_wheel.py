@@ -9,8 +9,8 @@ from gaitopt import WalkProblem, rimless_wheel
 
 
 def problem(
-    spokes=10,
-    inertia_ratio=1 / 3,  # I_c / (m l^2)
+    spokes=10,  # number of spokes
+    inertia_ratio=1 / 3,  # moment of inertia about the centre of mass divided by m l^2 (mass m, spoke length l)
     slope=13.0,  # downhill [deg]
     friction=0.3,  # Coulomb coefficient; inf for no slip
     sequence=None,  # contact sequence such as "stick slip+ | stick"; None for all gaits that are found

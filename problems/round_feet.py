@@ -1,8 +1,8 @@
-"""Passive walker with round feet, both of them contacts: periodic gaits and their stability.
+"""Passive walker with two round feet, as a robot with several contacts: periodic gaits and their stability.
 
-The legs are straight, so a foot swings through the ground and lands only in front.  Lengths are measured from the hip,
-as in McGeer (International Journal of Robotics Research 9(2), 1990).  Run it with ``gaitopt stability
-problems/round_feet.py``.
+The legs are straight, so a foot swings through the ground and can land only in front of the other foot.  Lengths are
+measured from the hip, as in McGeer (International Journal of Robotics Research 9(2), 1990).  Run it with ``gaitopt
+stability problems/round_feet.py``.
 """
 
 import math

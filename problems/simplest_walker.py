@@ -1,8 +1,8 @@
 """Simplest walker: a point mass at the hip and feet of very small mass, which walk down a gentle slope.
 
-For feet without mass it is the walker of Garcia, Chatterjee, Ruina & Coleman (Journal of Biomechanical Engineering 120,
-1998), whose foot has no effect on the hip.  Units are leg length, gravity and mass of the hip.  Run it with ``gaitopt
-stability problems/simplest_walker.py``, ``gaitopt simulate ...`` or ``gaitopt basin ...``.
+In the limit of massless feet it is the walker of Garcia, Chatterjee, Ruina & Coleman (Journal of Biomechanical
+Engineering 120, 1998), whose swing foot has no effect on the hip.  Leg length, gravity and hip mass are 1.  Run it with
+``gaitopt stability problems/simplest_walker.py``, ``gaitopt simulate ...`` or ``gaitopt basin ...``.
 """
 
 import math
@@ -13,7 +13,7 @@ SLOPE = math.degrees(0.009)
 
 
 def problem(
-    foot_mass=1e-4,  # foot mass / hip mass; state and multipliers differ from the massless limit by about as much
+    foot_mass=1e-4,  # foot mass / hip mass; state and multipliers differ from the massless limit by about this ratio
     slope=SLOPE,  # downhill [deg]
     friction=math.inf,  # Coulomb coefficient
     sequence=None,  # contact sequence such as "stick | stick"; None for all gaits that are found

@@ -1,11 +1,13 @@
 """Point mass on two telescoping legs that walks or runs with the least positive work.
 
-Leg forces are at most `force_limit`.  For a large limit and light feet the work tends to that of the impulsive gaits
-of Srinivasan & Ruina (Nature 439, 2006): P^2 / 2 per step and unit mass with the push-off P = w tan(al) of the inverted
-pendulum (w: speed at touchdown, 2 al: angle between the legs), or P = D g / (2 U) of the run (D: step length, U:
-speed).  Solve it with ``gaitopt solve problems/telescoping_biped.py``, the run with
+Solve the walk with ``gaitopt solve problems/telescoping_biped.py``, and the run with
 ``--set sequence="foot A stick > flight |" --set speed=1.2 --set step_length=1``.  With ``--set impulse_limit=1`` the
 legs of the walk push impulsively: the trailing one just before touchdown and the leading one just after it.
+
+Leg forces are at most `force_limit`.  For a large limit and light feet, the positive work per step and unit mass tends
+to P^2 / 2, that of the impulsive gaits of Srinivasan & Ruina (Nature 439, 2006).  In the walk, P = w tan(alpha) is the
+push-off of the inverted pendulum (w: speed at touchdown, 2 alpha: angle between the legs); in the run, P = D g / (2 U)
+(D: step length, U: speed, g: gravity).
 """
 
 import numpy as np
@@ -16,7 +18,7 @@ from gaitopt.ocp import ActuatorImpulse, PlanarKeyframes, PlanarLimits, PlanarPr
 
 
 def stride_guess(step_length, period, duty, height):
-    """Return a guess in which a foot is on the ground for `duty` of the two steps of a stride."""
+    """Return a guess in which each foot is on the ground for `duty` steps of a stride of two steps."""
     part = np.unique([*np.linspace(0, 1, 9), duty % 1])
     coordinates = {"x": step_length * part, "y": np.full(part.size, height)}
     for leg, place in (("a", part), ("b", 1 + part)):
@@ -30,16 +32,16 @@ def problem(
     sequence="foot A stick, foot B stick > foot A stick |",  # phases and events of a step
     body_mass=1.0,  # [kg]
     foot_mass=0.001,  # [kg]
-    leg_length=1.0,  # longest leg [m]
+    leg_length=1.0,  # greatest length of a leg [m]
     gravity=1.0,  # [m/s^2]
     friction=np.inf,  # Coulomb coefficient
     speed=0.5,  # [m/s]
     step_length=0.4,  # [m]
     force_limit=4.0,  # of each leg [N]
-    impulse_limit=0.0,  # of the legs at touchdown [N s]; 0: forces alone
+    impulse_limit=0.0,  # of each leg at touchdown [N s]; 0 for a walk without impulses of the legs
     torque_limit=0.02,  # of the hip, which swings the legs [N m]
-    approach=0.1,  # least speed of landing [m/s]
-    intervals=12,  # in each phase
+    approach=0.1,  # least normal speed of the foot when it lands [m/s]
+    intervals=12,  # grid intervals of each phase
 ):
     """Return the problem of a step."""
     share = body_mass * gravity / force_limit

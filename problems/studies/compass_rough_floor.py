@@ -1,4 +1,4 @@
-"""Compass biped on a rough floor: a step up, a slippery patch on which it slips, and a ramp down; five steps.
+"""Compass biped on a rough floor: five steps over a raised edge and a slippery patch, where it slips, and down a ramp.
 
 The gait begins and ends in the periodic gait on a level floor.  Run it with
 ``gaitopt solve problems/studies/compass_rough_floor.py``; change any keyword below with ``--set NAME=VALUE``.
@@ -10,11 +10,11 @@ from gaitopt.ocp import MultiStepProblem, state_after_touchdown
 
 
 def problem(
-    rise=0.01,  # of the step [m]
+    rise=0.01,  # height of the raised edge [m]
     patch=0.05,  # Coulomb coefficient of the slippery patch
-    descent=0.02,  # of the ramp [m]
+    descent=0.02,  # height by which the ramp descends [m]
     friction=0.5,  # Coulomb coefficient of the floor
-    torque_limit=30.0,  # [N m]
+    torque_limit=30.0,  # of ankle and hip each [N m]
 ):
     """Return the problem: least squared torques over five steps."""
     step = GaitProblem(

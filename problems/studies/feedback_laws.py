@@ -1,9 +1,9 @@
 """Compass biped: recovery of three gaits from pushes, in open loop and under four laws.
 
 The gaits are planned with 5 N m at ankle and hip and, if optimised, with margins on both friction cones; feedback may
-use 6 N m. The laws are tuned for the smallest spectral radius. Pushes are uniformly distributed in a ball, whose radius
-is the root of the sum of squares of the changes of rates, angles (divided by the time constant of the leg) and foot
-speed (divided by the leg length).
+use 6 N m. The laws are tuned for the smallest spectral radius. Pushes are uniformly distributed in a ball. The size of
+a push [rad/s] is the root of the sum of squares of the changes of the rates, of sqrt(g / l) times those of the angles,
+and of that of the foot speed divided by the leg length l.
 
 The tuned gains are in parentheses: stiffness and damping in N m/rad and N m s/rad (joint PD) or 1/s^2 and 1/s (computed
 torque); for LQR and step-to-step LQR ("step to step"), the torque [N m] and the deviation of a rate [rad/s] that each

@@ -1,7 +1,8 @@
 """Compass biped with motors on level ground: start from rest, a slippery patch, and a gait of period two.
 
 Three steps lead from rest to the periodic gait; five steps cross a patch of low friction, with and without slip on it;
-a gait repeats after two steps of different lengths. Every plan is replayed by the event-driven simulator.
+and a gait of period two repeats after two steps of different lengths. Every plan is replayed by the event-driven
+simulator.
 """
 
 import numpy as np

@@ -15,14 +15,14 @@ from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 from gaitopt import Execution, SettlingCriterion, basin, rimless_wheel
 from gaitopt.study import Reproduction, locate_basin_edges
 
-MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
+SETTLING = SettlingCriterion(steps=150, tolerance=1e-6)
 
 
 def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2):  # grid of frictions and rates
     """Return the study."""
     across, speeds = np.linspace(least, most, frictions), np.linspace(0.01, fastest, rates)
     starts = {"friction": across, "theta_rate": speeds}
-    outcome = basin(rimless_wheel(), wheel(), starts, criterion=MAX_FAILED_STARTS, execution=Execution(workers=workers))
+    outcome = basin(rimless_wheel(), wheel(), starts, criterion=SETTLING, execution=Execution(workers=workers))
     slope = math.radians(SLOPE)
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
@@ -45,7 +45,7 @@ def study(frictions=100, rates=120, least=0.02, most=1.1, fastest=1.3, workers=2
 def _upper_end(friction):
     """Return the initial rate above which the foot lifts off."""
     rates = {"theta_rate": [0.8, 1.0, 1.2]}
-    edges = locate_basin_edges(rimless_wheel(), wheel(friction), rates, tolerance=1e-6, criterion=MAX_FAILED_STARTS)
+    edges = locate_basin_edges(rimless_wheel(), wheel(friction), rates, tolerance=1e-6, criterion=SETTLING)
     return next(value for value, _, above in edges if above == "lift_off")
 
 

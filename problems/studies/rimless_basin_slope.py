@@ -16,14 +16,14 @@ from rimless_setup import INERTIA_RATIO, RATE, SLOPE, SPOKES, wheel
 from gaitopt import Execution, SettlingCriterion, basin, rimless_wheel
 from gaitopt.study import PublishedValue, Reproduction, locate_basin_edges
 
-MAX_FAILED_STARTS = SettlingCriterion(steps=150, tolerance=1e-6)
+SETTLING = SettlingCriterion(steps=150, tolerance=1e-6)
 
 
 def study(slopes=100, rates=120, greatest_slope=18.0, fastest=1.3, workers=2):  # grid up to [deg], [rad/tau_c]
     """Return the study."""
     degrees, speeds = np.linspace(0.25, greatest_slope, slopes), np.linspace(0.01, fastest, rates)
     starts = {"slope": np.deg2rad(degrees), "theta_rate": speeds}
-    outcome = basin(rimless_wheel(), wheel(), starts, criterion=MAX_FAILED_STARTS, execution=Execution(workers=workers))
+    outcome = basin(rimless_wheel(), wheel(), starts, criterion=SETTLING, execution=Execution(workers=workers))
     with STYLE.figure(3.8) as figure:
         axes = figure.subplots()
         handles = draw_map(axes, outcome, degrees, speeds)
@@ -56,7 +56,7 @@ def _draw_closed_forms(axes, greatest_slope):
 def _numbers():
     """Return the ends of the basin on the slope of the study."""
     rates = {"theta_rate": np.linspace(0.03, 1.2, 8)}
-    edges = locate_basin_edges(rimless_wheel(), wheel(), rates, tolerance=1e-9, criterion=MAX_FAILED_STARTS)
+    edges = locate_basin_edges(rimless_wheel(), wheel(), rates, tolerance=1e-9, criterion=SETTLING)
     lower, upper = edges[0][0], edges[-1][0]
     place = f"basin of Type A, alpha = {SLOPE:g} deg, unlimited friction"
     exact = fastest_speed(SPOKES, INERTIA_RATIO, math.radians(SLOPE))

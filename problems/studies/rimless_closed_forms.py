@@ -1,7 +1,8 @@
 """Closed forms of the rimless wheel that never slips, in natural units (l = 1, m = 1, tau_c = 1).
 
 Energy is conserved over a step, thd^2 / 2 + cos(theta + alpha) = const, and the impact multiplies thd by beta.
-Angles are in rad.  The least friction of complete slip is that of a linear differential equation.
+Angles are in rad, and thd is the rate of theta.  The least friction of complete slip follows from a linear differential
+equation.
 """
 
 import math
@@ -77,9 +78,10 @@ def slope_range(spokes, inertia_ratio):
 def least_friction(spokes, inertia_ratio):
     """Return the friction below which the wheel in complete slip no longer rolls over, at every slope.
 
-    The balances of rotation and of vertical motion determine the squared rate w(theta) in units of normal gravity:
-    (kappa + sin(theta) s) w' / 2 = s (1 - cos(theta) w), where s = sin(theta) + mu cos(theta).  If the wheel just rolls
-    over, w = 0 at the apex, where s = 0; the impact multiplies thd by (kappa - S) / (kappa + S).
+    The balances of rotation and of normal motion determine the squared rate w(theta) in units of g cos(alpha) / l:
+    (kappa + sin(theta) s) w' / 2 = s (1 - cos(theta) w), where s = sin(theta) + mu cos(theta) and kappa is the inertia
+    ratio.  If the wheel just rolls over, w = 0 at the apex, where s = 0; the impact multiplies thd by
+    (kappa - S) / (kappa + S), where S = sin(pi/n) (sin(pi/n) - mu cos(pi/n)).
     """
     half = math.pi / spokes
 

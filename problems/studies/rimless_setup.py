@@ -1,6 +1,7 @@
 """The rimless wheel of the study in natural units, and its gaits by type.
 
-Lengths are in spokes l and times in tau_c = sqrt((m l^2 + I_c) / (m g l)), which is 1 where g = 1 + I_c / (m l^2).
+The unit of length is the spoke length l, that of time is tau_c = sqrt((m l^2 + I_c) / (m g l)).  With l = m = 1, tau_c
+is 1 if g = 1 + I_c / (m l^2).
 """
 
 import functools
@@ -52,7 +53,7 @@ def gait(kind, friction, starts=40):
 
 
 def speed_of(cycle):
-    """Return thd just after the impact of a gait [rad/tau_c]."""
+    """Return the rate of theta just after the impact of a gait [rad/tau_c]."""
     return cycle.state["theta_rate"]
 
 

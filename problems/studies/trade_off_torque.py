@@ -1,7 +1,7 @@
 """Compass biped with motors on level ground: trade-off between cost of transport and peak torque.
 
 The front of gaits with slipping touchdown is compared with that of gaits that stick, at the same friction, speed and
-step length; the knee of each front is the gait farthest from the line between its ends.
+step length; circles mark the knee of each front, the gait farthest from the straight line between its ends.
 """
 
 from drawing import STYLE

@@ -13,7 +13,7 @@ from gaitopt.ocp import transcription_named
 
 @dataclass(frozen=True)
 class WorkAndTorque(Objective):
-    """Cost of transport plus weighted squared torques, which reduce the heat of the motors and smooth the torques."""
+    """Cost of transport plus weighted squared torques; the second term reduces motor heat and torque peaks."""
 
     torque_weight: float  # [W / (N m)^2]
     name = "work_and_torque"
@@ -41,7 +41,7 @@ def problem(
     transcription="collocation",  # or multiple_shooting
     intervals=40,  # grid intervals of a sticking phase (a slip phase gets a quarter)
 ):
-    """Return the problem: walk at the given speed and step length with the lowest cost."""
+    """Return the problem: the gait of lowest cost at the given speed and step length."""
     return GaitProblem(
         name="NAME",
         robot=compass_biped(),  # built in: compass_biped, rimless_wheel; or assemble a custom robot
