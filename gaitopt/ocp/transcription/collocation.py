@@ -18,6 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.arguments import check_arguments
+from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
@@ -62,7 +63,8 @@ class Lobatto(Scheme):
 
     def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point with the accelerations `unknowns`."""
-        residual, force = dynamics.balance(state, unknowns, torque, p)
+        balance = functools.cache(lambda: dynamics.balance(state, unknowns, torque, p))
+        force, residual = Deferred(lambda: balance()[1]), Deferred(lambda: balance()[0])
         return Point(state, torque, unknowns, force, residual, dynamics.slip_speed(state))
 
     def advance(
@@ -84,11 +86,8 @@ class Lobatto(Scheme):
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            # With a single inner point, derivatives through its state need no fewer operations.
-            definition = states[i - 1] if self.points > 3 else None
-            state = states[i - 1] if definition is None else ca.SX.sym("inner state", dynamics.n_x)
-            point = self.node(dynamics, state, torque, inner[:, i - 1], p)
-            points.append(replace(point, definition=definition))
+            point = self.node(dynamics, ca.SX.sym("inner state", dynamics.n_x), torque, inner[:, i - 1], p)
+            points.append(replace(point, definition=states[i - 1]))
         return right.state - states[-1], points
 
 
