@@ -16,6 +16,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import Condition, ContactQuantities
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE, full_coordinates
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 
 
@@ -109,6 +110,24 @@ class PhaseDynamics:
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
         return ca.Function("balance", [state, acceleration, torque, p], ca.cse([residual / self.weight(p), force]))
+
+    def sample_accelerations(self, states: np.ndarray, torques: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Return the accelerations of `moving` in numeric states, (n_a, K); nan if a mass matrix is singular.
+
+        They are solutions of the equations of motion, which are linear in them, so that no Function of the forward
+        dynamics is built.
+        """
+        n, count = self.n_a, states.shape[1]
+        columns = np.repeat(np.arange(count), n + 1)
+        trials = np.tile(np.hstack([np.zeros((n, 1)), np.eye(n)]), (1, count))
+        inputs = states[:, columns], trials, torques[:, columns], np.tile(p[:, None], columns.size)
+        balance = FastCall(self._balance.map(columns.size))
+        residuals = balance(*(part.ravel(order="F") for part in inputs))[0].reshape(count, n + 1, n)
+        at_rest, slopes = residuals[:, 0], (residuals[:, 1:] - residuals[:, :1]).swapaxes(1, 2)
+        try:
+            return np.asarray(np.linalg.solve(slopes, -at_rest[..., None])[..., 0].T)
+        except np.linalg.LinAlgError:
+            return np.full((n, count), np.nan)
 
     def _inverse_dynamics(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the generalised forces that `acceleration` requires besides the torques, shape (n_q, 1)."""
