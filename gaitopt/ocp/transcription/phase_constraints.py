@@ -38,7 +38,7 @@ class Equations:
 
     def add(self, rows: Sequence[Row], values: ca.SX, inner: int = 0) -> None:
         """Append rows with their values, at an inner point of the interval or at its node."""
-        self.table += [row._replace(key=row.key.at(inner)) for row in rows]
+        self.table += [row._replace(key=row.key.at(inner)) for row in rows] if inner else rows
         self._values.append(values)
 
     def reserve(self, rows: Sequence[Row]) -> None:
