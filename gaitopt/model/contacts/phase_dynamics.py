@@ -62,8 +62,10 @@ class PhaseDynamics:
     def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
         n = self.n_angles
-        foot = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(0, 1), ca.SX(0, 1))
-        return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
+        angles, rates = state[:n], state[n : 2 * n]
+        if not self.slides:
+            return angles, rates
+        return ca.vertcat(angles, state[self.slide_entry]), ca.vertcat(rates, state[self.speed_entry])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
         """Return the reduced states, (n_x, K), with positions and velocities of `moving`, (n_a, K), as columns.
@@ -282,7 +284,9 @@ class PhaseDynamics:
 
 def full_vector(slide: ca.SX, angles: ca.SX) -> ca.SX:
     """Return q for the slide coordinate and the angles of a contact on the ground, or v for their rates, (n_q, 1)."""
-    return ca.vertcat(slide, ca.SX(1, 1), angles)
+    vector = ca.SX(2 + angles.numel(), 1)
+    vector[SLIDE], vector[ANGLES] = slide, angles
+    return vector
 
 
 def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:

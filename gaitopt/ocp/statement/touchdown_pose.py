@@ -148,7 +148,8 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
         q = full_coordinates(angles)
         rates = [touchdown(q, unit)[1][0] for unit in units]  # of the guard, for each unit of an angle's rate
         guard, ((x, y), _, jacobian) = touchdown(q, still)[0][0], landing(q, still)
-        return np.array([x - step, y - level, guard]), np.vstack([jacobian.reshape((2, -1), order="F")[:, ANGLES], rates])
+        slopes = np.vstack([jacobian.reshape((2, -1), order="F")[:, ANGLES], rates])
+        return np.array([x - step, y - level, guard]), slopes
 
     start = np.full(len(units), 0.1)
     gap, slopes = evaluate(start)
