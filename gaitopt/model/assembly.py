@@ -225,10 +225,12 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
     """Raise InputError if an expression contains symbols other than those of the coordinates."""
+    known_symbols = ca.vertcat(coordinates.q, coordinates.p)
+    if len(ca.symvar(ca.veccat(known_symbols, *expressions.values()))) == known_symbols.numel():
+        return
     rates = {symbol.element_hash() for symbol in ca.symvar(coordinates.v)}
-    placed = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.p))}
-    used = {symbol.element_hash() for symbol in ca.symvar(ca.veccat(*expressions.values()))}
-    for what, expression in expressions.items() if used - placed else ():
+    placed = {symbol.element_hash() for symbol in ca.symvar(known_symbols)}
+    for what, expression in expressions.items():
         known = placed | rates if what == "armed" else placed
         for symbol in ca.symvar(ca.vec(ca.SX(expression))):
             if symbol.element_hash() not in known:
@@ -279,7 +281,8 @@ def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX) -> dic
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
     def exchange() -> dict[str, ca.SX]:
-        return {"residual": mechanics.mass_matrix @ (w - v) - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
+        momentum = mechanics.generalised_momentum(w - v)
+        return {"residual": momentum - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
 
     return {
         "landing": _later("landing", qvp, lambda: {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}),

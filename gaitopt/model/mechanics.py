@@ -155,6 +155,10 @@ class Mechanics:
         forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.fall), True)
         return forces + self.resistance
 
+    def generalised_momentum(self, rates: ca.SX) -> ca.SX:
+        """Return M v for some rates v, shape (n_q, 1), without the mass matrix, as in :meth:`require`."""
+        return ca.jtimes(self.entries, self._q, self.inertia * ca.jtimes(self.entries, self._q, rates), True)
+
     @cached_property
     def mass_matrix(self) -> ca.SX:
         """Mass matrix M, shape (n_q, n_q)."""

@@ -16,6 +16,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import Condition, ContactQuantities
 from gaitopt.model.coordinate_entries import ANGLES, CONTACT, SLIDE, full_coordinates
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 
 
@@ -61,8 +62,10 @@ class PhaseDynamics:
     def parts(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return positions and velocities of `moving` in a reduced state, each of shape (n_a, 1)."""
         n = self.n_angles
-        foot = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(0, 1), ca.SX(0, 1))
-        return ca.vertcat(state[:n], foot[0]), ca.vertcat(state[n : 2 * n], foot[1])
+        angles, rates = state[:n], state[n : 2 * n]
+        if not self.slides:
+            return angles, rates
+        return ca.vertcat(angles, state[self.slide_entry]), ca.vertcat(rates, state[self.speed_entry])
 
     def join(self, positions: ca.SX, velocities: ca.SX) -> ca.SX:
         """Return the reduced states, (n_x, K), with positions and velocities of `moving`, (n_a, K), as columns.
@@ -109,6 +112,24 @@ class PhaseDynamics:
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
         return ca.Function("balance", [state, acceleration, torque, p], ca.cse([residual / self.weight(p), force]))
+
+    def sample_accelerations(self, states: np.ndarray, torques: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Return the accelerations of `moving` in numeric states, (n_a, K); nan if a mass matrix is singular.
+
+        They are solutions of the equations of motion, which are linear in them, so that no Function of the forward
+        dynamics is built.
+        """
+        n, count = self.n_a, states.shape[1]
+        columns = np.repeat(np.arange(count), n + 1)
+        trials = np.tile(np.hstack([np.zeros((n, 1)), np.eye(n)]), (1, count))
+        inputs = states[:, columns], trials, torques[:, columns], np.tile(p[:, None], columns.size)
+        balance = FastCall(self._balance.map(columns.size))
+        residuals = balance(*(part.ravel(order="F") for part in inputs))[0].reshape(count, n + 1, n)
+        at_rest, slopes = residuals[:, 0], (residuals[:, 1:] - residuals[:, :1]).swapaxes(1, 2)
+        try:
+            return np.asarray(np.linalg.solve(slopes, -at_rest[..., None])[..., 0].T)
+        except np.linalg.LinAlgError:
+            return np.full((n, count), np.nan)
 
     def _inverse_dynamics(self, state: ca.SX, acceleration: ca.SX, torque: ca.SX, p: ca.SX) -> ca.SX:
         """Return the generalised forces that `acceleration` requires besides the torques, shape (n_q, 1)."""
@@ -263,7 +284,9 @@ class PhaseDynamics:
 
 def full_vector(slide: ca.SX, angles: ca.SX) -> ca.SX:
     """Return q for the slide coordinate and the angles of a contact on the ground, or v for their rates, (n_q, 1)."""
-    return ca.vertcat(slide, ca.SX(1, 1), angles)
+    vector = ca.SX(2 + angles.numel(), 1)
+    vector[SLIDE], vector[ANGLES] = slide, angles
+    return vector
 
 
 def rk4(flow: Callable[[ca.SX, ca.SX], ca.SX], state: ca.SX, torques: tuple[ca.SX, ...], step: ca.SX) -> ca.SX:

@@ -93,18 +93,15 @@ def _fill_contact(transcription: Transcription, x: Array, sample: Sample) -> Non
 def _fill_accelerations(transcription: Transcription, x: Array, data: Array) -> None:
     """Set the accelerations of a scheme, if it has any, by forward dynamics of the guessed states and torques."""
     layout, inner = transcription.variables, np.array(transcription.structure.scheme.inner)
-    robot = transcription.structure.robot
     for phase, dynamics in zip(transcription.phases, transcription.dynamics_of_phases, strict=True):
         if (Unknown.ACCELERATION, phase.number) not in layout:
             continue
         nodes = list(phase.nodes)
-        slide, speed = x[layout[Unknown.SLIDE, phase.number]] if phase.mode.slips else (0.0, 0.0)
-        q = full_coordinates(x[layout[Unknown.ANGLES][:, nodes]], slide)
-        v = full_coordinates(x[layout[Unknown.RATES][:, nodes]], speed)
-        p = np.tile(data[: len(robot.parameters), None], len(nodes))
-        forward = robot.acceleration[phase.mode].map(len(nodes))(q, v, x[layout[Unknown.TORQUE][:, nodes]], p)[0]
-        rates = np.nan_to_num(np.asarray(forward))  # the solver reports a singular mass matrix
-        moving = rates[dynamics.moving_entries]
+        parts = [x[layout[table][:, nodes]] for table in (Unknown.ANGLES, Unknown.RATES)]
+        states = np.vstack(parts + ([x[layout[Unknown.SLIDE, phase.number]]] if phase.mode.slips else []))
+        torques, p = x[layout[Unknown.TORQUE][:, nodes]], data[: len(transcription.structure.robot.parameters)]
+        forward = dynamics.sample_accelerations(states, torques, p)
+        moving = np.nan_to_num(forward)  # the solver reports a singular mass matrix
         x[layout[Unknown.ACCELERATION, phase.number]] = moving
         x[layout[Unknown.INNER_ACCELERATION, phase.number]] = _inside(moving, inner)
 

@@ -25,7 +25,7 @@ from attrs import evolve, field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.interrupts import stop_on_interrupt
-from gaitopt.locks import ONE_AT_A_TIME, cached_property
+from gaitopt.locks import ONE_AT_A_TIME
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -167,13 +167,15 @@ class _Run:
         for number in range(self.most_steps + 1):
             with discard_warnings():
                 results = iterate(x, scaled, self.data, *self.limits)
-            numbers, g, on_bounds, on_rows, x_after, scaled_after, matrix = results
-            f, unmet, wrong, mean, total = numbers.tolist()
-            finite = math.isfinite(f + unmet + wrong + mean + total)
+            f, unmet, wrong = (float(number[0]) for number in results[:3])
+            g, on_bounds, on_rows, active, step, matrix = results[3:]
+            finite = math.isfinite(f + unmet + wrong) and all(
+                np.all(np.isfinite(part)) for part in (g, on_rows, x, step)
+            )
+            mean = np.sum(np.abs(on_rows)) / max(1, g.size) if finite else math.inf
             converged = finite and max(wrong / max(1.0, mean), unmet) <= self.tolerance
             saddle = converged and inertia(matrix) != self.nlp.n_constraints
-            # The arrays returned by Functions are overwritten by the next call.
-            g, x_after, scaled_after = g.copy(), x_after.copy(), scaled_after.copy()
+            g = g.copy()  # the arrays returned by Functions are overwritten by the next call
             unscaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
             self._report(observer, Iteration(number, f, unmet))
             if status := self._ending(converged and not saddle):
@@ -183,7 +185,7 @@ class _Run:
             decreases = wrong < before[0] or (wrong <= self.tolerance and unmet < before[1])
             if saddle or not finite or (number > 1 and not decreases):
                 return None
-            x, scaled, before = x_after, scaled_after, (wrong, unmet)
+            x, scaled, before = x + step[: x.size], active * step[x.size :], (wrong, unmet)
         return None
 
     def _ending(self, converged: bool) -> Status | None:
@@ -204,15 +206,11 @@ class _Run:
 class _Inertia:
     """Count of negative eigenvalues: at a minimum one per constraint (Sylvester's law of inertia)."""
 
-    def __init__(self, pattern: ca.Sparsity) -> None:
-        self._pattern = pattern
-
-    @cached_property
-    def _factors(self) -> ca.Linsol:
-        return ca.Linsol("inertia", "ldl", self._pattern)
+    def __init__(self, factors: ca.Linsol) -> None:
+        self._factors = factors
 
     def __call__(self, nonzeros: Array) -> int:
-        matrix = ca.DM(self._pattern, nonzeros.tolist())  # CasADi converts lists faster than arrays
+        matrix = ca.DM(self._factors.sparsity(), nonzeros.tolist())  # CasADi converts lists faster than arrays
         with discard_warnings():
             self._factors.nfact(matrix)
         return int(self._factors.neig(matrix))
@@ -222,9 +220,9 @@ class _Inertia:
 def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     """Return the Function of one iterate, and the count of the negative eigenvalues of its matrix.
 
-    The Function maps (x, scaled multipliers, data, bounds) to five numbers (objective, violation, error of the gradient
-    of the Lagrangian, mean size of the multipliers, a sum that is finite if the iterate and the next one are), the
-    constraints, the multipliers of bounds and constraints, the next x and multipliers, and the matrix.
+    The Function maps (x, scaled multipliers, data, bounds) to the objective, the violation, the error of the gradient
+    of the Lagrangian, the constraints, the multipliers of bounds and constraints, whether constraints are active, the
+    step of x above the next multipliers, and the matrix.
     """
     n, m = nlp.n_variables, nlp.n_constraints
     x, multipliers = ca.MX.sym("x", n), ca.MX.sym("lam", m)
@@ -239,30 +237,27 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     values = rows.map(m).call([g, multipliers, lower, upper]) if m else [ca.MX(1, 0)] * rows.n_out()
     active, lam, unmet, compliance, row_right, row_outside = values
     hessian = ca.triu2symm(nlp.derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
-    unknowns = [x, gradient, lam @ jacobian, x_lower, x_upper, nlp.typical]
-    columns = _bound_conditions().map("bounds", "serial", n, [5], []).call(unknowns)
-    on_bounds, fixed, to_bound, right, slope, outside = columns
+    unknowns = [x, gradient, lam @ jacobian, unmet @ jacobian, x_lower, x_upper, nlp.typical]
+    columns = _bound_conditions().map("bounds", "serial", n, [6], []).call(unknowns)
+    on_bounds, stiffness, right, slope, outside = columns
 
     transposed = jacobian.T
-    augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(STIFF * fixed)
-    matrix = ca.blockcat([[augmented, transposed], [jacobian, ca.diag(compliance)]])
-    newton_step = ca.solve(matrix, ca.horzcat(right - unmet @ jacobian, row_right).T, "ldl")
-    change, lam_next = ca.vertsplit(newton_step, [0, n, n + m])
-    # Violations of constraints that are not in the active set count as well.
-    violation = ca.norm_inf(ca.horzcat(unmet, to_bound, outside, row_outside))
-    total = ca.sum1(g) + ca.sum1(ca.vertcat(x, newton_step))  # CasADi's norms omit nan
-    numbers = ca.vertcat(f, violation, ca.norm_inf(slope), ca.norm_1(lam) / max(1, m), total)
+    augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(stiffness)
+    matrix = ca.vertcat(ca.horzcat(augmented, transposed), ca.horzcat(jacobian, ca.diag(compliance)))
+    factors = ca.Linsol("factors", "ldl", matrix.sparsity())
+    step = factors.solve(matrix, ca.horzcat(right, row_right).T)
+    violation, error = ca.norm_inf(ca.horzcat(outside, row_outside)), ca.norm_inf(slope)
     inputs = [x, multipliers, data, x_lower, x_upper, lower, upper]
-    outputs = [numbers, g, on_bounds, lam, x + change, active.T * lam_next, matrix]
-    return FastCall(ca.Function("iterate", inputs, outputs)), _Inertia(matrix.sparsity())
+    outputs = [f, violation, error, g, on_bounds, lam, active, step, matrix]
+    return FastCall(ca.Function("iterate", inputs, outputs)), _Inertia(factors)
 
 
 @functools.cache
 def _row_conditions() -> ca.Function:
     """Return the Function of one row (value, scaled multiplier, bounds), which is evaluated for every row of an NLP.
 
-    Its values are whether the row is active, its multiplier, its violation, its entry -D of the matrix, its entry of
-    the right-hand side, and its violation if it is not active.
+    Its values are whether the row is active, its multiplier, its violation if it is, its entry -D of the matrix, its
+    entry of the right-hand side, and the size of its violation, active or not.
     """
     g, multiplier, lower, upper = (ca.SX.sym(name) for name in ("g", "multiplier", "lower", "upper"))
     above, below = ca.logic_or(multiplier + g > upper, lower == upper), multiplier + g < lower
@@ -270,7 +265,8 @@ def _row_conditions() -> ca.Function:
     lam = active * multiplier
     unmet = ca.if_else(above, g - upper, ca.if_else(below, g - lower, 0))
     compliance = -ca.if_else(active, SOFT, STIFF)
-    outputs = [active, lam, unmet, compliance, -unmet - SOFT * lam, _excess(g, lower, upper)]
+    outside = ca.fmax(ca.fabs(unmet), _excess(g, lower, upper))
+    outputs = [active, lam, unmet, compliance, -unmet - SOFT * lam, outside]
     return ca.Function("rows", [g, multiplier, lower, upper], outputs)
 
 
@@ -278,13 +274,13 @@ def _row_conditions() -> ca.Function:
 def _bound_conditions() -> ca.Function:
     """Return the Function of one unknown, which is evaluated for every unknown of an NLP.
 
-    Its inputs are the unknown, the derivative of the objective, the product of the multipliers and its column of the
-    Jacobian, its bounds, and the size of the objective.  Its values are the multiplier of its bounds, whether it is
-    fixed at one of them, its distance from this bound, its entry of the right-hand side without the violations of the
-    rows, the derivative of the Lagrangian if it is not fixed, and its violation.
+    Its inputs are the unknown, the derivative of the objective, the products of multipliers and violations of the rows
+    with its column of the Jacobian, its bounds, and the size of the objective.  Its values are the multiplier of its
+    bounds, its penalty if it is fixed at one of them, its entry of the right-hand side, the derivative of the
+    Lagrangian if it is not fixed, and the size of its violation or of its distance from the bound where it is fixed.
     """
-    names = ("x", "gradient", "product", "lower", "upper", "size")
-    x, gradient, product, lower, upper, size = inputs = [ca.SX.sym(name) for name in names]
+    names = ("x", "gradient", "product", "violations", "lower", "upper", "size")
+    x, gradient, product, violations, lower, upper, size = inputs = [ca.SX.sym(name) for name in names]
     slope = gradient / size + product
     at_upper, at_lower = x > upper - RESTING, x < lower + RESTING
     low = ca.logic_or(ca.logic_and(at_lower, slope > 0), x < lower - RESTING)
@@ -292,8 +288,9 @@ def _bound_conditions() -> ca.Function:
     equal = lower == upper
     fixed = ca.logic_or(ca.logic_or(low, high), equal)
     to_bound = ca.if_else(ca.logic_or(low, equal), lower - x, ca.if_else(high, upper - x, 0))
-    right = STIFF * fixed * to_bound + fixed * slope - gradient / size
-    outputs = [-fixed * slope, fixed, to_bound, right, (1 - fixed) * slope, _excess(x, lower, upper)]
+    right = STIFF * fixed * to_bound + fixed * slope - gradient / size - violations
+    outside = ca.fmax(ca.fabs(to_bound), _excess(x, lower, upper))
+    outputs = [-fixed * slope, STIFF * fixed, right, (1 - fixed) * slope, outside]
     return ca.Function("bounds", inputs, outputs)
 
 

@@ -22,8 +22,9 @@ from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
 
-MANY = 3
-"""Number of variables, as a multiple of the median, beyond which a row is differentiated separately."""
+MANY, FEW = 3, 40
+"""Number of variables, as a multiple of the median, beyond which a row is differentiated separately, and number of
+variables of a block up to which all rows are differentiated together."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,8 +86,11 @@ class Block:
         return [self.variables, *(part for part in (self.symbols, self.numbers) if part.numel())]
 
     def merge_subexpressions(self) -> "Block":
-        """Return the block with common subexpressions merged, before its derivatives are built."""
-        if self.merged:
+        """Return the block with common subexpressions merged, before its derivatives are built.
+
+        For a block with a single instance, the search would take longer than all evaluations save.
+        """
+        if self.merged or self.columns.shape[1] == 1:
             return self
         names = ("constraints", "cost", "penalty", "definitions")
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
@@ -197,6 +201,8 @@ def _differentiate_rows(rows: ca.SX, variables: ca.SX) -> ca.SX:
 
     All rows together would need as many directional derivatives as the row with the most variables.
     """
+    if variables.numel() <= FEW:
+        return ca.jacobian(rows, variables)
     counts = np.bincount(ca.jacobian_sparsity(rows, variables).row(), minlength=rows.numel())
     many = counts > MANY * np.median(counts) if counts.size else counts > 0
     if not np.any(many):
@@ -231,16 +237,19 @@ class _Expressions:
 
     def __init__(self, block: Block, data: ca.SX) -> None:
         self.block, self.data = block, data
-        minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
-        outputs = [block.constraints, block.definitions, *minimised]
-        self._function = ca.Function("block", [*block.inputs, data, block.intermediates], outputs)
 
     @cached_property
     def _digest(self) -> str:
-        return hashlib.sha256(self._function.serialize().encode()).hexdigest()
+        block = self.block
+        minimised = [ca.SX(0, 1) if part is None else part for part in (block.cost, block.penalty)]
+        outputs = [block.constraints, block.definitions, *minimised]
+        function = ca.Function("block", [*block.inputs, self.data, block.intermediates], outputs)
+        return hashlib.sha256(function.serialize().encode()).hexdigest()
 
     def __hash__(self) -> int:
-        return hash((self._function.n_instructions(), self._function.nnz_in(), self._function.nnz_out()))
+        block = self.block
+        parts = (*block.inputs, self.data, block.intermediates, block.constraints)
+        return hash((block.cost is None, block.penalty is None, *(part.numel() for part in parts)))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Expressions) and hash(self) == hash(other) and self._digest == other._digest

@@ -5,7 +5,7 @@ of a phase; a row of a table by its :class:`Key`, a column by its :class:`Place`
 solutions use these keys; labels are printed and never compared.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import NamedTuple
 
@@ -221,7 +221,7 @@ class Key:
 
     def at(self, inner: int) -> "Key":
         """Return the key of the same quantity at an inner point of an interval; 0 is the node."""
-        return replace(self, inner=inner)
+        return Key(self.kind, self.of, inner)
 
     @property
     def identifier(self) -> str:

@@ -144,12 +144,11 @@ class _Assembly:
 
     def add(self, block: Block, functions: BlockFunctions) -> None:
         """Add the instances of a block."""
-        count = block.columns.shape[1]
-        local = [ca.reshape(self.x[_flat(block.columns)], block.columns.shape[0], count)]
+        local = [_reshape(self.x[_flat(block.columns)], block.columns.shape)]
         if block.symbols.numel():
             local.append(ca.DM(block.constants))
         if block.numbers.numel():
-            local.append(ca.reshape(self.z[_flat(block.places)], *block.places.shape))
+            local.append(_reshape(self.z[_flat(block.places)], block.places.shape))
         if functions.has_intermediates:
             local += _map(functions.definitions, block, [*local, self.shared], (len(local),))
         local.append(self.shared)
@@ -167,7 +166,7 @@ class _Assembly:
         self._add_hessian(block, functions, local)
 
     def _add_hessian(self, block: Block, functions: BlockFunctions, local: list[ca.MX]) -> None:
-        lam = ca.reshape(self.lam_g[_flat(block.rows)], *block.rows.shape)
+        lam = _reshape(self.lam_g[_flat(block.rows)], block.rows.shape)
         (values,) = _map(functions.hessian, block, [*local, lam, self.lam_f], (len(local) - 1, len(local) + 1))
         entries = functions.hessian_entries
         rows, columns = (block.columns[part] for part in entries)
@@ -208,8 +207,15 @@ class _Assembly:
 
 def _map(function: ca.Function, block: Block, arguments: list[ca.MX], shared: tuple[int, ...]) -> list[ca.MX]:
     """Return the outputs of a Function for all instances of a block, which share some of the arguments."""
+    if block.columns.shape[1] == 1:
+        return list(function.call(arguments))
     name = f"{block.name}_{function.name()}"
     return list(function.map(name, "serial", block.columns.shape[1], list(shared), []).call(arguments))
+
+
+def _reshape(column: ca.MX, shape: tuple[int, ...]) -> ca.MX:
+    """Return a column as a table; a single column is not copied, to save time."""
+    return column if shape[1] == 1 else ca.reshape(column, *shape)
 
 
 def _flat(index: Index) -> list[int]:

@@ -20,7 +20,7 @@ class Entries:
         """Append entries, in the column-major order of three tables of equal size."""
         self._rows.append(rows.ravel(order="F"))
         self._columns.append(columns.ravel(order="F"))
-        self._values.append(ca.vec(values))
+        self._values.append(values if values.is_column() else ca.vec(values))
 
     def vector(self, size: int) -> ca.MX:
         """Return the dense vector that sums the entries."""

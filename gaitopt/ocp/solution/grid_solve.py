@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations
-from gaitopt.ocp.initial.initial_point import initial_point, point_from_guess
+from gaitopt.ocp.initial.initial_point import point_from_guess
 from gaitopt.ocp.initial.solution_transfer import covers_transcription, has_same_grid, transfer_solution
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.bound_vectors import Bounds
@@ -296,15 +296,17 @@ class SingleStart:
             transcription = transcribe_problem(problem, method, self.schedule)
             if transcribe.cache_info().misses > misses:
                 self.build_seconds += time.perf_counter() - started
+            limits = bounds(transcription, problem)
             if warm_start is not None and covers_transcription(warm_start, transcription):
                 x, multipliers = _start_from(warm_start, transcription, np.zeros(transcription.variables.size))
             else:
-                x, multipliers = initial_point(transcription, problem, self.guess), None
+                guessed = point_from_guess(transcription, problem, self.guess)
+                x, multipliers = np.clip(guessed, limits.x_lower, limits.x_upper), None
                 if warm_start is not None:
                     x, multipliers = _start_from(warm_start, transcription, x)
         known = self.guess.solution_for(problem.sequence) is not None
         located = locate and warm_start is not None and has_same_grid(warm_start, transcription, moved=known)
-        limits, data = bounds(transcription, problem), nlp_data(transcription, problem, x if located else None)
+        data = nlp_data(transcription, problem, x if located else None)
         if problem.stability is not None:
             x = solve_deviations(transcription, x, data)
         solver = self._choose_solver(method, warm_start)

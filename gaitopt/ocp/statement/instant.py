@@ -63,7 +63,7 @@ class Instant:
     torque_rate: LazyField[Any] = LazyField()
     positive: LazyField[Any] = LazyField()
     negative: LazyField[Any] = LazyField()
-    force: Any
+    force: LazyField[Any] = LazyField()
     slip_speed: Any
     parameters: LazyField[Mapping[str, Any]] = LazyField()
     time: LazyField[Any] = LazyField()

@@ -177,7 +177,7 @@ def is_curved(objective: Objective, robot: Robot) -> bool:
 
     Without curvature optima may not be unique, or torques switch on and off.
     """
-    point = symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters])
+    point = _symbolic_instant_of(robot)
     torques = ca.vertcat(point.torque, point.torque_rate)
     integrands = (ca.SX(term.integrand(point)) for _, term in objective.terms())
     return any(ca.hessian(integrand, torques)[0].nnz() for integrand in integrands)
@@ -240,18 +240,18 @@ def _list_arguments(kind: type, method: str) -> list[str]:
 
 
 def _check_terms(objective: Objective, robot: Robot) -> None:
-    kind, (point, step) = type(objective).__name__, _symbolic_arguments(robot)
-    terms = {"integrand": objective.integrand(point), "boundary": objective.boundary(step)}
+    kind, point = type(objective).__name__, _symbolic_instant_of(robot)
+    terms = {"integrand": ca.SX(objective.integrand(point))}
+    if overrides(objective, "boundary"):
+        terms["boundary"] = ca.SX(objective.boundary(_symbolic_boundary(robot)))
     for method, value in terms.items():
-        rows, columns = ca.SX(value).shape
+        rows, columns = value.shape
         if (rows, columns) != (1, 1):
             raise InputError(
                 f"The {method} of {kind} must be one number, got a table of {rows} x {columns}: sum it over the "
                 "joints, for example by ca.sum1 or ca.sumsqr."
             )
-    if not objective.uses_power and ca.depends_on(
-        ca.SX(terms["integrand"]), ca.vertcat(point.positive, point.negative)
-    ):
+    if not objective.uses_power and ca.depends_on(terms["integrand"], ca.vertcat(point.positive, point.negative)):
         raise InputError(f"The integrand of {kind} contains parts of the joint powers: set uses_power = True.")
 
 
@@ -262,15 +262,18 @@ def _check_terms_of_class(objective: Objective, robot: Robot) -> None:
 
 
 @functools.lru_cache(maxsize=32)
-def _symbolic_arguments(robot: Robot) -> tuple[Instant, StepBoundary]:
-    """Return symbolic arguments of `integrand` and `boundary` for the check of an objective."""
-    names = [parameter.name for parameter in robot.parameters]
+def _symbolic_instant_of(robot: Robot) -> Instant:
+    """Return a symbolic argument of `integrand`."""
+    return symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters])
+
+
+def _symbolic_boundary(robot: Robot) -> StepBoundary:
+    """Return a symbolic argument of `boundary` for the check of an objective."""
     columns = {
         **dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump"), robot.n_q),
         **{"impulse": 2, "duration": 1, "travel": 1, "energy_lost": 1},
     }
-    step = StepBoundary(
-        parameters={name: ca.SX.sym(name) for name in names},
+    return StepBoundary(
+        parameters={parameter.name: ca.SX.sym(parameter.name) for parameter in robot.parameters},
         **{name: ca.SX.sym(name, size) for name, size in columns.items()},
     )
-    return symbolic_instant(robot.angles, robot.actuators, names), step

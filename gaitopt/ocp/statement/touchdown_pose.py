@@ -58,7 +58,8 @@ def _sample_distances(
         points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
     else:
         points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(limits)))
-    distances = robot.landing.map(len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
+    landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
+    distances = np.array([landing(q, still)[0][0] for q in full_coordinates(points.T).T])
     if not np.any(np.isfinite(distances)):
         raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
     return points, np.where(np.isfinite(distances), distances, np.nan)
@@ -142,27 +143,28 @@ def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] 
     landing, touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
     level = float(height_of_footprints(robot, np.array(p), step, step)) if is_on_uneven_ground(robot) else 0.0
 
-    def gap(angles: Array) -> Array:
+    def evaluate(angles: Array) -> tuple[Array, Array]:
+        """Return the gaps to the pose and their derivatives."""
         q = full_coordinates(angles)
-        (x, y), guard = landing(q, still)[0], touchdown(q, still)[0]
-        return np.array([x - step, y - level, guard[0]])
-
-    def slopes(angles: Array) -> Array:
-        q = full_coordinates(angles)
-        guard = [touchdown(q, unit)[1][0] for unit in units]  # its rate for each unit of an angle's rate
-        return np.vstack([landing(q, still)[2].reshape((2, -1), order="F")[:, ANGLES], guard])
+        rates = [touchdown(q, unit)[1][0] for unit in units]  # of the guard, for each unit of an angle's rate
+        guard, ((x, y), _, jacobian) = touchdown(q, still)[0][0], landing(q, still)
+        slopes = np.vstack([jacobian.reshape((2, -1), order="F")[:, ANGLES], rates])
+        return np.array([x - step, y - level, guard]), slopes
 
     start = np.full(len(units), 0.1)
-    if not (np.all(np.isfinite(gap(start))) and np.all(np.isfinite(slopes(start)))):
+    gap, slopes = evaluate(start)
+    if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(slopes))):
         return None
     angles = start
     # Newton's method with the smallest change of the angles, since the pose of more than two angles is not unique.
     for _ in range(MOST_STEPS):
-        change = np.linalg.lstsq(slopes(angles), gap(angles), rcond=1e-10)[0]
+        change = np.linalg.lstsq(slopes, gap, rcond=1e-10)[0]
         angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
-        if np.max(np.abs(gap(angles))) <= 1e-14 * max(1.0, step):
+        gap, slopes = evaluate(angles)
+        if np.max(np.abs(gap)) <= 1e-14 * max(1.0, step):
             return tuple(angles.tolist())
     import scipy.optimize  # whose import takes longer than a solve
 
-    fit = scipy.optimize.least_squares(gap, start, slopes, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
+    fit = scipy.optimize.least_squares(lambda x: evaluate(x)[0], start, lambda x: evaluate(x)[1], **tolerances)
     return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None

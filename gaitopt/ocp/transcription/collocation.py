@@ -18,6 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.arguments import check_arguments
+from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
@@ -62,7 +63,8 @@ class Lobatto(Scheme):
 
     def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point with the accelerations `unknowns`."""
-        residual, force = dynamics.balance(state, unknowns, torque, p)
+        balance = functools.cache(lambda: dynamics.balance(state, unknowns, torque, p))
+        force, residual = Deferred(lambda: balance()[1]), Deferred(lambda: balance()[0])
         return Point(state, torque, unknowns, force, residual, dynamics.slip_speed(state))
 
     def advance(
@@ -71,24 +73,18 @@ class Lobatto(Scheme):
         """Return the difference between the right node and the end of the polynomial, and the inner points."""
         inner = ca.reshape(unknowns, dynamics.n_a, self.points - 2)
         accelerations = ca.horzcat(left.acceleration, inner, right.acceleration)
-        once, twice = integrals(self.points)
         places, speeds = dynamics.parts(left.state)
         fractions, count = lobatto_points(self.points), self.points - 1
         # One column for each inner point and for the end.
-        integrated = accelerations @ ca.DM(np.hstack([once[1:].T, twice[1:].T]))
-        displacements = length * (speeds @ ca.DM(fractions[1:]).T + length * integrated[:, count:])
-        speed_changes = length * integrated[:, :count]
-        positions, velocities = (ca.repmat(part, 1, count) for part in (places, speeds))
-        states = ca.horzsplit(dynamics.join(positions + displacements, velocities + speed_changes))
+        integrated = ca.horzcat(speeds, length * accelerations) @ ca.DM(_state_integrals(self.points))
+        positions = ca.repmat(places, 1, count) + length * integrated[:, count:]
+        states = ca.horzsplit(dynamics.join(positions, integrated[:, :count]))
 
         points = []
         for i in range(1, self.points - 1):
             torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            # With a single inner point, derivatives through its state need no fewer operations.
-            definition = states[i - 1] if self.points > 3 else None
-            state = states[i - 1] if definition is None else ca.SX.sym("inner state", dynamics.n_x)
-            point = self.node(dynamics, state, torque, inner[:, i - 1], p)
-            points.append(replace(point, definition=definition))
+            point = self.node(dynamics, ca.SX.sym("inner state", dynamics.n_x), torque, inner[:, i - 1], p)
+            points.append(replace(point, definition=states[i - 1]))
         return right.state - states[-1], points
 
 
@@ -112,6 +108,18 @@ def integrals(count: int) -> tuple[Array, Array]:
         basis = Polynomial.fromroots(others) / np.prod(at[j] - others)
         once[:, j], twice[:, j] = basis.integ(1)(at), basis.integ(2)(at)
     return once, twice
+
+
+@functools.cache
+def _state_integrals(count: int) -> Array:
+    """Return the matrix from speeds and accelerations times the length of an interval to speeds and displacements.
+
+    Its shape is (count + 1, 2 (count - 1)): columns are the speeds at all points but the first, then the displacements
+    divided by the length.
+    """
+    once, twice = integrals(count)
+    speeds = np.vstack([np.ones(count - 1), once[1:].T])
+    return np.hstack([speeds, np.vstack([lobatto_points(count)[1:], twice[1:].T])])
 
 
 @functools.cache

@@ -84,7 +84,7 @@ class InstantFactory:
             torque_rate=rate,
             positive=Deferred(lambda: self._of_all_actuators(positive)),
             negative=Deferred(lambda: self._of_all_actuators(negative)),
-            force=point.force,
+            force=Deferred(lambda: point.force),
             slip_speed=point.slip_speed,
             parameters=Deferred(lambda: self._parameters),
             time=Deferred(lambda: (self._elapsed + fraction * self._length) / self._period),

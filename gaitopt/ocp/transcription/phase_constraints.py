@@ -13,6 +13,7 @@ from gaitopt.model.contacts.transition import ContactQuantities, NodeCondition
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block, stack
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown, equation
+from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.statement.instant import Instant
 from gaitopt.ocp.transcription.bernstein import bernstein_basis, bernstein_transformation, hermite_transformation
 from gaitopt.ocp.transcription.condition_rows import KINDS, check_reset, condition_rows
@@ -33,11 +34,23 @@ class Equations:
     def __init__(self) -> None:
         self.table: list[Row] = []
         self._values: list[ca.SX] = []
+        self._reserved: list[int] = []
 
     def add(self, rows: Sequence[Row], values: ca.SX, inner: int = 0) -> None:
         """Append rows with their values, at an inner point of the interval or at its node."""
-        self.table += [row._replace(key=row.key.at(inner)) for row in rows]
+        self.table += [row._replace(key=row.key.at(inner)) for row in rows] if inner else rows
         self._values.append(values)
+
+    def reserve(self, rows: Sequence[Row]) -> None:
+        """Append rows whose values belong to another block."""
+        self._reserved += range(len(self.table), len(self.table) + len(rows))
+        self.table += rows
+
+    def separate_rows(self, rows: Index, others: list[Index]) -> Index:
+        """Return the indices of the rows with values; those of reserved rows are appended to a list."""
+        if self._reserved:
+            others.append(rows[self._reserved])
+        return np.delete(rows, self._reserved, axis=0)
 
     @property
     def values(self) -> ca.SX:
@@ -45,9 +58,40 @@ class Equations:
         return stack(self._values)
 
 
-def interval_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
-    """Return the block of the intervals of a phase: dynamics, path constraints, powers and objective."""
-    return _Intervals(builder, phase, dynamics).block()
+def phase_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
+    """Return the blocks of a phase.
+
+    The path constraints at the nodes are a block, since they depend on few unknowns.  The block of the intervals
+    contains the dynamics, the path constraints at inner points, powers and objective; others are those of both ends.
+    """
+    if not builder.scheme.nodal:
+        return [_Intervals(builder, phase, dynamics, None).block()]
+    nodes = _Nodes(builder, phase, dynamics)
+    blocks = [_Intervals(builder, phase, dynamics, nodes).block(), *_end_blocks(builder, phase, dynamics, nodes)]
+    return [*blocks, nodes.block(), *_start_blocks(builder, phase, dynamics)]
+
+
+class _Nodes:
+    """The block of the path constraints at the nodes of a phase, without the last node if another phase follows.
+
+    Attributes
+    ----------
+    table : list of Row
+        Rows of a node.
+    rows : list of (len(table), count) int array
+        Indices of the rows, to which the tables of intervals and of the end are appended.
+    """
+
+    def __init__(self, builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> None:
+        self._phase, nodes = phase, list(phase.nodes)[: None if phase.following is None else -1]
+        self._local, self.rows = BlockVariables(builder, len(nodes)), list[Index]()
+        p = self._local.parameters()
+        point = point_at(builder, phase, dynamics, self._local, nodes, p)
+        self.table, self._values = _path(builder, dynamics, point, p, sliding=False)
+
+    def block(self) -> Block:
+        """Return the block."""
+        return self._local.block(f"nodes_{self._phase.number}", self._values, np.hstack(self.rows), merged=True)
 
 
 class _Intervals:
@@ -68,8 +112,8 @@ class _Intervals:
         Arguments of objectives.
     """
 
-    def __init__(self, builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> None:
-        self.builder, self.phase, self.dynamics = builder, phase, dynamics
+    def __init__(self, builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, nodes: _Nodes | None) -> None:
+        self.builder, self.phase, self.dynamics, self.nodes = builder, phase, dynamics, nodes
         self.local, self.equations, self.penalty = BlockVariables(builder, phase.count), Equations(), ca.SX(0)
         self.left = list(phase.nodes)[:-1]
         self.right = [k + 1 for k in self.left]
@@ -100,6 +144,8 @@ class _Intervals:
             self.equations.add(*_power_split(builder, self.coefficients[inner], self.powers[inner]), inner)
         places = [phase.place(k) for k in range(phase.count)]
         rows = builder.rows.add((Group.INTERVAL, phase.number), self.equations.table, places)
+        if self.nodes is not None:
+            rows = self.equations.separate_rows(rows, self.nodes.rows)
         values = [self.equations.values]
         plain, relative = (self.length * mean for mean in mean_integrand(builder, self.instants))
         if builder.cleared or builder.terrain is not None:
@@ -195,7 +241,10 @@ class _Intervals:
     def _add_point(self, inner: int, point: Point) -> None:
         """Add the constraints at a point of the interval."""
         builder, equations = self.builder, self.equations
-        equations.add(*_path(builder, self.dynamics, point, self.p, sliding=bool(inner)), inner)
+        if self.nodes is not None and not inner:
+            equations.reserve(self.nodes.table)
+        else:
+            equations.add(*_path(builder, self.dynamics, point, self.p, sliding=True), inner)
         if point.pairs:
             rows, values, penalty = builder.relax(self.local, (Unknown.RELAXATION, self.phase.number), point.pairs)
             equations.add(rows, values)
@@ -204,13 +253,13 @@ class _Intervals:
             equations.add(*peak_rows(builder, self.local, instant), inner)
 
 
-def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Block:
-    """Return the block of the last node of a phase: its path constraints, or the transition to the next phase."""
+def _end_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, nodes: _Nodes) -> list[Block]:
+    """Return the block of the last node of a phase: the transition to the next phase, or peaks if there are any."""
     local, equations, node = BlockVariables(builder, 1), Equations(), phase.nodes[-1]
     p = local.parameters()
     last = point_at(builder, phase, dynamics, local, [node], p)
     if phase.following is None:
-        equations.add(*_path(builder, dynamics, last, p, sliding=False))
+        equations.reserve(nodes.table)
     else:
         equations.add(_balance(builder, dynamics), last.residual)
         equations.add(*_end_rows(builder, phase, dynamics, last, p))
@@ -223,10 +272,11 @@ def end_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> Blo
         rate = Deferred(lambda: torque_rate_before(builder, phase, local, last))
         equations.add(*peak_rows(builder, local, factory.make(last, power, rate)))
     rows = builder.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
-    return local.block(f"end_{phase.number}", equations.values, rows)
+    rows = equations.separate_rows(rows, nodes.rows)
+    return [local.block(f"end_{phase.number}", equations.values, rows)] if rows.size else []
 
 
-def start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
+def _start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
     """Return the block of the first node of a slip if the transition or impact before it states conditions there."""
     if not (phase.mode.slips and _departure(builder, phase, NO_CONTACT)):
         return []

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
+from gaitopt.lazy import LazyField
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
@@ -23,7 +24,8 @@ class Point:
     acceleration : SX, shape (n_a, 1)
     force : SX, shape (2, 1) [N]
     residual : SX
-        Residual of the equations of motion; empty if the acceleration is not an unknown.
+        Residual of the equations of motion; empty if the acceleration is not an unknown.  It and the force may be
+        deferred, since they are not used at both ends of an interval.
     slip_speed : SX [m/s]
         Absolute speed of the foot.
     pairs : list of Pair
@@ -36,8 +38,8 @@ class Point:
     state: ca.SX
     torque: ca.SX
     acceleration: ca.SX
-    force: ca.SX
-    residual: ca.SX
+    force: LazyField[ca.SX] = LazyField()
+    residual: LazyField[ca.SX] = LazyField()
     slip_speed: ca.SX = field(default_factory=lambda: ca.SX(0))
     pairs: list[Pair] = field(default_factory=list)
     definition: ca.SX | None = None

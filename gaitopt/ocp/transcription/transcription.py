@@ -33,7 +33,7 @@ from gaitopt.ocp.transcription.impact_constraints import FollowingStep, touchdow
 from gaitopt.ocp.transcription.nlp_builder import MARGINS, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import quotient_block
 from gaitopt.ocp.transcription.phase_complementarity import FRICTION_PAIRS
-from gaitopt.ocp.transcription.phase_constraints import end_block, interval_block, last_power_block, start_blocks
+from gaitopt.ocp.transcription.phase_constraints import last_power_block, phase_blocks
 from gaitopt.ocp.transcription.radius_condition import radius_block
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
@@ -289,10 +289,7 @@ def _blocks(
     """Return the blocks of the NLP of one step."""
     blocks: list[Block] = []
     for phase, dynamics in zip(phases, dynamics_of_phases, strict=True):
-        blocks.append(interval_block(builder, phase, dynamics))
-        if builder.scheme.nodal:
-            blocks.append(end_block(builder, phase, dynamics))
-            blocks += start_blocks(builder, phase, dynamics)
+        blocks += phase_blocks(builder, phase, dynamics)
     if builder.scheme.nodal and builder.objective.uses_power:
         blocks.append(last_power_block(builder, phases[-1], dynamics_of_phases[-1]))
     blocks.append(touchdown_block(builder, structure.sequence, phases, dynamics_of_phases[0], following))
