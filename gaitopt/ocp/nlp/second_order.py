@@ -11,6 +11,7 @@ same reason a direction of negative curvature indicates a saddle only if the cos
 increase on one side because of the multiplier of an almost active bound, and the bound may exclude the other side.
 """
 
+import copy
 import math
 from dataclasses import dataclass
 from enum import StrEnum
@@ -57,8 +58,8 @@ REACH, LEAST_DECREASE = 0.1, 1e-9
 """Largest change of an unknown, relative to its typical size, along a direction of negative curvature, and least
 decrease of the scaled objective along it that counts as a saddle."""
 
-PROBES = 16
-"""Number of random vectors that are projected onto the null space at a time."""
+PROBES, LEAST_PROBES = 16, 4
+"""Largest and least number of random vectors that are projected onto the null space at a time."""
 
 
 class Verdict(StrEnum):
@@ -144,7 +145,7 @@ class _Conditions:
     def __init__(
         self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds, sizes: Array
     ) -> None:
-        self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
+        self.nlp, self.x, self.data = nlp, x, data
         self.sizes = sizes
         with defer_interrupt():
             g, jacobian = nlp.derivatives["jac_g"](x, data)
@@ -167,7 +168,7 @@ class _Conditions:
         """Return the result."""
         with defer_interrupt():
             upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
-        hessian = SparseMatrix.read(ca.triu2symm(upper)).scale(self.sizes, self.sizes)
+        hessian = SparseMatrix.read_symmetric(upper).scale(self.sizes, self.sizes)
         least = CURVED * max(1.0, float(np.max(np.abs(hessian.values), initial=0.0)))
         basis = _null_space(self.scaled_gradients.select(self.equal | self.strong))
         weakly = _restrict(basis, self.scaled_gradients.select(self.active & ~self.strong))
@@ -243,8 +244,8 @@ class _Conditions:
         step, on_bounds, on_rows = (np.array(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
         if not solved or -float(answer["cost"]) > NEGLIGIBLE_GAIN or np.any(np.abs(step) > 0.9 * size):
             return None
-        scaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
-        vertex = _Conditions(self.nlp, self.x, scaled, self.data, self.bounds, self.sizes)
+        vertex = copy.copy(self)
+        vertex.multipliers = np.concatenate([on_bounds, on_rows])
         vertex._determine_active(self.values + self.gradients.times(step))
         return vertex
 
@@ -274,8 +275,11 @@ def _null_space(gradients: SparseMatrix) -> Array:
     basis = np.empty((free, 0))
     if free:
         solve, random = factorise(rows, REGULARISATION), np.random.default_rng(0)
+        # At the vertices of optima of absolute work the null space has few dimensions; the first vectors find them.
+        count = min(max(free - rows.shape[0], LEAST_PROBES), PROBES)
         while basis.shape[1] < free:
-            probes = random.standard_normal((free, min(PROBES, free)))
+            probes = random.standard_normal((free, min(count, free)))
+            count = PROBES
             for _ in range(2):  # the second projection removes the rounding errors of the first
                 probes = solve(np.vstack([probes, np.zeros((rows.shape[0], probes.shape[1]))]))[:free]
             sizes = np.linalg.norm(probes, axis=0)

@@ -4,6 +4,7 @@ import functools
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 
+import casadi as ca
 import numpy as np
 
 from gaitopt.errors import InputError
@@ -58,10 +59,16 @@ def _sample_distances(
         points = np.array(list(itertools.product(*zip(lower, (lower + upper) / 2, upper, strict=True))))
     else:
         points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(limits)))
-    distances = robot.landing.map(len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
+    distances = _map_landing(robot, len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
     if not np.any(np.isfinite(distances)):
         raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
     return points, np.where(np.isfinite(distances), distances, np.nan)
+
+
+@functools.lru_cache(maxsize=16)
+def _map_landing(robot: Robot, count: int) -> ca.Function:
+    """Return the Function of the landing foot for several poses; CasADi takes longer to build than to evaluate it."""
+    return robot.landing.map(count)
 
 
 @functools.lru_cache(maxsize=256)
