@@ -23,7 +23,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.gait_schema import check_gait_content
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
-from gaitopt.motion.hdf5_items import write_array, write_attributes
+from gaitopt.motion.hdf5_items import write_attributes, write_dataset
 from gaitopt.motion.motion_archive import read_motion_group, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.phase_sequence import PhaseSequence
@@ -260,7 +260,7 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
             part = group.create_group(f"{kind}/{name}")
             write_attributes(part, {"rows": json.dumps(table.rows), "keys": json.dumps(table.keys)})
             for field in ("values", "multipliers"):
-                write_array(part, field, getattr(table, field), "SI unit of each row")
+                write_dataset(part, field, getattr(table, field), "SI unit of each row")
 
 
 def _read_solution(group: h5py.Group) -> Solution:

@@ -49,7 +49,7 @@ def write_attributes(item: h5py.Group | h5py.Dataset, values: Mapping[str, Any])
         attribute.write(np.array(value, dtype=dtype), mtype=memory)
 
 
-def write_array(group: h5py.Group, name: str, values: Any, unit: str) -> None:
+def write_dataset(group: h5py.Group, name: str, values: Any, unit: str) -> None:
     """Write an array of floating-point numbers with its unit, as ``group.create_dataset`` does.
 
     Parameters
@@ -62,7 +62,7 @@ def write_array(group: h5py.Group, name: str, values: Any, unit: str) -> None:
     Examples
     --------
     >>> with h5py.File("note.h5", "w", driver="core", backing_store=False) as file:
-    ...     write_array(file, "time", np.linspace(0, 1, 3), "s")
+    ...     write_dataset(file, "time", np.linspace(0, 1, 3), "s")
     ...     file["time"][...], file["time"].attrs["unit"]
     (array([0. , 0.5, 1. ]), 's')
     """

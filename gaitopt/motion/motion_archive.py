@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.hdf5_items import write_array, write_attributes
+from gaitopt.motion.hdf5_items import write_attributes, write_dataset
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 
 _SEGMENT_UNITS = {
@@ -65,7 +65,7 @@ def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, st
     for name, unit in units.items():
         if name in _OPTIONAL and getattr(source, name) is None:
             continue
-        write_array(group, name, getattr(source, name), unit)
+        write_dataset(group, name, getattr(source, name), unit)
 
 
 def read_motion_group(group: h5py.Group) -> Motion:

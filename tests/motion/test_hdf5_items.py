@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from gaitopt.motion.hdf5_items import write_array, write_attributes
+from gaitopt.motion.hdf5_items import write_attributes, write_dataset
 
 VALUES = {
     "text": "Füße: 3 m/s",
@@ -52,7 +52,7 @@ def test_attributes_have_the_types_and_values_of_the_general_interface(file):
 )
 def test_arrays_equal_those_of_the_general_interface(file, values):
     plain = file.create_dataset("plain", data=values)
-    write_array(file, "quick", values, "m")
+    write_dataset(file, "quick", values, "m")
     quick = file["quick"]
     assert (quick.dtype, quick.shape, quick.chunks) == (plain.dtype, plain.shape, plain.chunks)
     assert plain.id.get_type().equal(quick.id.get_type())
