@@ -1,7 +1,7 @@
 """Fields of dataclasses that are evaluated when they are first read."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Generic, Self, TypeVar, overload
 
 from gaitopt.locks import ONE_AT_A_TIME
@@ -18,10 +18,13 @@ class Deferred(Generic[T]):
     read : callable
     portable : bool
         Whether the function can be sent to another process, so that the value need not be evaluated before.
+    begin : callable or None
+        Begins work in another thread that the function waits for, so that it takes less time.
     """
 
     read: Callable[[], T]
     portable: bool = False
+    begin: Callable[[], None] | None = field(default=None, kw_only=True)
 
 
 class LazyField(Generic[T]):
@@ -88,6 +91,22 @@ class LazyRecord:
         """
         stored = {entry.name: vars(self)[entry.name] for entry in fields(self)}  # type: ignore[arg-type]
         return type(self)(**{**stored, **changes})
+
+    def begin_evaluation(self, name: str) -> None:
+        """Begin to evaluate a field in another thread if it can be; it is evaluated when it is first read.
+
+        Examples
+        --------
+        >>> @dataclass(frozen=True)
+        ... class Report(LazyRecord):
+        ...     size: LazyField[int] = LazyField()
+        >>> Report(size=Deferred(lambda: 4, begin=lambda: print("begun"))).begin_evaluation("size")
+        begun
+        """
+        stored = vars(self)[name]
+        if isinstance(stored, Deferred) and stored.begin is not None:
+            with ONE_AT_A_TIME:
+                stored.begin()
 
     def __getstate__(self) -> dict[str, Any]:
         return {entry.name: self._portable(entry.name) for entry in fields(self)}  # type: ignore[arg-type]

@@ -71,7 +71,8 @@ class Parameter:
         5.0
         """
         try:
-            invalid = isinstance(value, _NO_NUMBERS) or is_masked(value)
+            # The numbers of a problem are floats already, and a solve checks them some thousand times.
+            invalid = type(value) is not float and (isinstance(value, _NO_NUMBERS) or is_masked(value))
             number = math.nan if invalid else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError, RuntimeError):  # the last one by CasADi
             number = math.nan

@@ -74,3 +74,14 @@ def test_other_fields_are_not_read_when_one_is_replaced():
     other = report.replace_fields(name="other")
     assert (other.name, calls) == ("other", [])
     assert (other.size, calls) == (7, [1])
+
+
+def test_an_evaluation_begins_before_it_is_read():
+    begun = []
+    report = Report(size=Deferred(lambda: len(begun), begin=lambda: begun.append(1)), name=Deferred(lambda: "plain"))
+    report.begin_evaluation("size")
+    assert begun == [1]
+    assert report.size == 1
+    report.begin_evaluation("size")  # known already
+    report.begin_evaluation("name")  # nothing to begin
+    assert (report.name, begun) == ("plain", [1])

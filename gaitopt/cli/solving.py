@@ -148,6 +148,7 @@ def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait
 
     try:
         display.describe("replaying in the event-driven simulator")
+        gait.begin_evaluation("certificate")  # part of it is computed in another thread during the replay
         gait = verify_gait(gait)
         display.describe("checking the second-order conditions of the optimum")
         _ = gait.certificate

@@ -23,6 +23,7 @@ from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait, SolverReport, Verification, Violation
 from gaitopt.motion.gait_schema import check_gait_content
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
+from gaitopt.motion.hdf5_items import write_attributes, write_dataset
 from gaitopt.motion.motion_archive import read_motion_group, write_motion
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.phase_sequence import PhaseSequence
@@ -103,15 +104,10 @@ def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = N
     shared : dict, optional
         Robots in the file, for a file of many gaits: each robot is written once.
     """
-    group.attrs.update(
-        format=f"gaitopt {KIND}",
-        format_version=VERSION,
-        robot=gait.robot_name,
-        sequence=str(gait.sequence),
-        status=gait.status.key,
-    )
-    group.attrs["problem"] = json.dumps(plain(gait.problem))
-    group.create_group("versions").attrs.update(gait.versions)
+    facts = {"format": f"gaitopt {KIND}", "format_version": VERSION, "robot": gait.robot_name}
+    facts |= {"sequence": str(gait.sequence), "status": gait.status.key, "problem": json.dumps(plain(gait.problem))}
+    write_attributes(group, facts)
+    write_attributes(group.create_group("versions"), gait.versions)
     _write_record(group.create_group("solver"), gait.solver)
     for name in ("verification", "proposal", "certificate"):
         record = getattr(gait, name, None)
@@ -160,8 +156,9 @@ def load(path: str | Path) -> AnyGait:
 
 def _write_record(group: h5py.Group, record: Any) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
-    for name, value in dataclasses.asdict(record).items():
-        group.attrs[name] = json.dumps(plain(value)) if isinstance(value, list | tuple) else value
+    fields = dataclasses.asdict(record).items()
+    lists = {name: json.dumps(plain(value)) for name, value in fields if isinstance(value, list | tuple)}
+    write_attributes(group, dict(fields) | lists)
 
 
 def _read_record(group: h5py.Group) -> dict[str, Any]:
@@ -261,10 +258,9 @@ def _write_solution(group: h5py.Group, solution: Solution) -> None:
         group.create_group(kind)  # there even when empty
         for name, table in getattr(solution, kind).items():
             part = group.create_group(f"{kind}/{name}")
-            part.attrs["rows"] = json.dumps(table.rows)
-            part.attrs["keys"] = json.dumps(table.keys)
+            write_attributes(part, {"rows": json.dumps(table.rows), "keys": json.dumps(table.keys)})
             for field in ("values", "multipliers"):
-                part.create_dataset(field, data=getattr(table, field)).attrs["unit"] = "SI unit of each row"
+                write_dataset(part, field, getattr(table, field), "SI unit of each row")
 
 
 def _read_solution(group: h5py.Group) -> Solution:

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.hdf5_items import write_attributes, write_dataset
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 
 _SEGMENT_UNITS = {
@@ -42,24 +43,21 @@ _JUMP_SCALARS = ("time", "energy_lost", "separation")
 
 def write_motion(group: h5py.Group, motion: Motion) -> None:
     """Write a motion into a group of an open file."""
-    for name in ("angles", "actuators", "points"):
-        group.attrs[name] = json.dumps(getattr(motion, name))
-    group.attrs["links"] = json.dumps(motion.links)
-    group.attrs["total_mass"] = motion.total_mass
-    group.attrs["total_mass_unit"] = "kg"
-    group.create_group("parameters").attrs.update(motion.parameters)
+    names = {name: json.dumps(getattr(motion, name)) for name in ("angles", "actuators", "points", "links")}
+    write_attributes(group, names | {"total_mass": motion.total_mass, "total_mass_unit": "kg"})
+    write_attributes(group.create_group("parameters"), motion.parameters)
     group.create_group("segments")
     group.create_group("jumps")  # created even if empty
     for i, segment in enumerate(motion.segments):
         part = group.create_group(f"segments/{i:04d}")
-        part.attrs.update(mode=segment.mode.value, step=segment.step)
+        write_attributes(part, {"mode": segment.mode.value, "step": segment.step})
         present = {name: unit for name, unit in _FORCE_UNITS.items() if np.any(getattr(segment, name))}
         _write_arrays(part, segment, _SEGMENT_UNITS | present)
     for i, jump in enumerate(motion.jumps):
         part = group.create_group(f"jumps/{i:04d}")
-        part.attrs.update(mode=jump.mode.value, step=jump.step)
-        part.attrs.update({name: getattr(jump, name) for name in _JUMP_SCALARS})
-        part.attrs.update(time_unit="s", energy_lost_unit="J", separation_unit="m/s")
+        scalars = {name: getattr(jump, name) for name in _JUMP_SCALARS}
+        units = {"time_unit": "s", "energy_lost_unit": "J", "separation_unit": "m/s"}
+        write_attributes(part, {"mode": jump.mode.value, "step": jump.step} | scalars | units)
         _write_arrays(part, jump, _JUMP_UNITS)
 
 
@@ -67,8 +65,7 @@ def _write_arrays(group: h5py.Group, source: Segment | Jump, units: dict[str, st
     for name, unit in units.items():
         if name in _OPTIONAL and getattr(source, name) is None:
             continue
-        dataset = group.create_dataset(name, data=getattr(source, name))
-        dataset.attrs["unit"] = unit
+        write_dataset(group, name, getattr(source, name), unit)
 
 
 def read_motion_group(group: h5py.Group) -> Motion:

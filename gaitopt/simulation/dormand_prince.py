@@ -80,9 +80,13 @@ class StepPolynomial:
     def __init__(self, t_old: float, t: float, y_old: Array, coefficients: Array) -> None:
         self.t_old, self.t = t_old, t
         self._start, self._coefficients = y_old, coefficients[::-1]
+        self._table: dict[float, Array] = {}
 
     def __call__(self, t: float) -> Array:
         """Return the state at a time, shape (n,)."""
+        known = self._table.get(t)
+        if known is not None:
+            return known
         x = (t - self.t_old) / (self.t - self.t_old)
         factors, y = (x, 1 - x), np.zeros_like(self._start)
         for i, coefficient in enumerate(self._coefficients):
@@ -90,6 +94,12 @@ class StepPolynomial:
             y *= factors[i % 2]
         y += self._start
         return y
+
+    def tabulate(self, times: list[float]) -> None:
+        """Evaluate the states at times at which they will be needed, in a fraction of the time of single calls."""
+        states = self.at_times(np.array(times))
+        states.flags.writeable = False
+        self._table.update(zip(times, states, strict=True))
 
     def at_times(self, times: Array) -> Array:
         """Return the states at several times, shape (K, n); they are those of single calls to the last bit."""

@@ -63,10 +63,16 @@ class EventWatch:
         self, equations: ModeEquations, p: Array, data: Array, clock: float, y: Array, *, law_only: bool = False
     ) -> None:
         self._guards, self._size = FastCall(equations.guards, p, data), equations.size
-        self._equations, self._p, self._data = equations, p, data
+        self._equations, self._p = equations, p
         events = enumerate(equations.events)
         self._watched = [(i, event) for i, event in events if not law_only or event.kind is EventKind.LAW_SWITCH]
-        self._previous = self._guards(clock, y[: equations.size])[0].copy()
+        self.restart(data, clock, y)
+
+    def restart(self, data: Array, clock: float, y: Array) -> None:
+        """Continue with another piece of the law, from a state."""
+        self._data = data
+        self._guards.fix(self._p, data)
+        self._previous = self._guards(clock, y[: self._size])[0].copy()
 
     def first(self, dense: DenseOutput, span: tuple[float, float]) -> tuple[HybridEvent | None, float]:
         """Return the first event in the time span that follows the previous one, and its time.
@@ -76,7 +82,7 @@ class EventWatch:
         below zero is an event at the start.
         """
         previous, self._previous = self._previous, self._values(dense, span[1]).copy()
-        values, middle = self._previous, self._values(dense, (span[0] + span[1]) / 2).copy()
+        values, middle = self._previous, self._values(dense, middle_of(span)).copy()
         located: list[tuple[float, int, HybridEvent]] = []
         for i, event in self._watched:
             guard = functools.partial(self._value, dense, i)
@@ -136,6 +142,11 @@ class EventWatch:
         """Return the rate of a guard along the motion."""
         rates = _guard_rates(self._equations)(t, dense(t)[: self._size], self._p, self._data)
         return float(np.asarray(rates).ravel()[i])
+
+
+def middle_of(span: tuple[float, float]) -> float:
+    """Return the middle of a span."""
+    return (span[0] + span[1]) / 2
 
 
 def spans_of(dense: DenseOutput, count: int) -> list[tuple[float, float]]:

@@ -16,9 +16,9 @@ from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.active_piece import ActivePiece
 from gaitopt.simulation.closed_loop import ClosedLoop
-from gaitopt.simulation.dormand_prince import DormandPrince
+from gaitopt.simulation.dormand_prince import DormandPrince, StepPolynomial
 from gaitopt.simulation.engine import Arc
-from gaitopt.simulation.event_location import DenseOutput, EventWatch, spans_of
+from gaitopt.simulation.event_location import DenseOutput, EventWatch, middle_of, spans_of
 
 
 @check_arguments
@@ -54,12 +54,15 @@ class ScipyEngine:
         times, states, current = [clock], [start], np.concatenate(([clock], start[:n_y]))
         active = ActivePiece(loop.law, current)
         active.begin()
-        functions = (equations.flow, equations.energy) if record else (equations.flow,)
+        functions, memory = (equations.flow, equations.energy) if record else (equations.flow,), np.zeros(1 + n_y)
+        rates = [FastCall(function, p, active.data, shared=memory) for function in functions]
+        watch = EventWatch(equations, p, active.data, clock, start)
         while times[-1] < until and event is None:
-            end, data = active.end(until), active.data
-            watch = EventWatch(equations, p, data, times[-1], states[-1])
-            rates = [FastCall(function, p, data) for function in functions]
-            for dense, span in self._spans(rates, n_y, times[-1], end, states[-1]):
+            end = active.end(until)
+            watch.restart(active.data, times[-1], states[-1])
+            for call in rates:
+                call.fix(p, active.data)
+            for dense, span in self._spans(rates, memory, times[-1], end, states[-1]):
                 event, at = watch.first(dense, span)
                 times.append(at)
                 states.append(dense(at) if at > span[0] else states[-1])
@@ -87,11 +90,13 @@ class ScipyEngine:
         active.begin()
         while reached < until and event is None:
             end, data = active.end(until), active.data
-            flow, slope = FastCall(equations.flow, p, data), FastCall(_slope(equations.flow), p, data)
+            memory = np.zeros(1 + n_y)
+            flow = FastCall(equations.flow, p, data, shared=memory)
+            slope = FastCall(_slope(equations.flow), p, data)
             if before is not None:
                 matrix += np.outer(before - flow(reached, y)[0], loop.piece_shift(before) @ matrix)
             watch = EventWatch(equations, p, data, reached, y, law_only=True)
-            for dense in self._steps([flow], n_y, reached, end, y):
+            for dense in self._steps([flow], memory, reached, end, y):
                 event, reached = watch.first_in_step(dense, self.samples)
                 matrix, y = self._integrate_variations(slope, dense, reached, matrix), dense(reached)
                 if event is not None or not np.all(np.isfinite(matrix)):
@@ -119,18 +124,27 @@ class ScipyEngine:
         return integrator.y.reshape(shape) if integrator.status == "finished" else np.full(shape, np.nan)
 
     def _spans(
-        self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array
-    ) -> Iterator[tuple[DenseOutput, tuple[float, float]]]:
+        self, rates: list[FastCall], memory: Array, begin: float, end: float, start: Array
+    ) -> Iterator[tuple[StepPolynomial, tuple[float, float]]]:
         """Yield the dense output of the integrator with each of the spans into which its steps are divided."""
-        for dense in self._steps(rates, n_y, begin, end, start):
-            for span in spans_of(dense, self.samples):
+        for dense in self._steps(rates, memory, begin, end, start):
+            spans = spans_of(dense, self.samples)
+            dense.tabulate([t for span in spans for t in (middle_of(span), span[1])])
+            for span in spans:
                 yield dense, span
 
-    def _steps(self, rates: list[FastCall], n_y: int, begin: float, end: float, start: Array) -> Iterator[DenseOutput]:
-        """Yield the dense output of each step of the integrator, until the end or until the integrator fails."""
+    def _steps(
+        self, rates: list[FastCall], memory: Array, begin: float, end: float, start: Array
+    ) -> Iterator[StepPolynomial]:
+        """Yield the dense output of each step of the integrator, until the end or until the integrator fails.
+
+        `memory` is that of the inputs of all rates: time and state, without the works.
+        """
+        n_y = memory.size - 1
 
         def rate(t: float, y: Array) -> Array:
-            return np.concatenate([function(t, y[:n_y])[0] for function in rates])
+            memory[0], memory[1:] = t, y[:n_y]
+            return np.concatenate([function.evaluate() for function in rates])
 
         if not np.all(np.isfinite(rate(begin, start))):
             return

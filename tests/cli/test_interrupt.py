@@ -13,6 +13,7 @@ from gaitopt import ArchiveError, load, save
 from gaitopt.cli.app import main
 from gaitopt.errors import InputError, ScriptError
 from gaitopt.motion import archive
+from gaitopt.ocp.solution.certification import Certification
 
 SLOW_TO_BUILD = "import pathlib, time\n\n\ndef problem():\n    pathlib.Path('ready').touch()\n    time.sleep(60)\n"
 SLOW_TO_SOLVE = """\
@@ -118,7 +119,7 @@ def raise_interrupt(*_):
 
 def test_an_interrupt_after_the_solve_keeps_the_gait(command, root, folder, monkeypatch):
     """The second-order conditions are evaluated when the gait is written, which may take as long as the solve."""
-    monkeypatch.setattr("gaitopt.ocp.solution.single_start.certify", raise_interrupt)
+    monkeypatch.setattr(Certification, "conclude", raise_interrupt)
     run = command("solve", root / "problems/compass_stick.py", "--set", "intervals=8")
     assert run.status == 130
     assert "wrote compass_stick.h5" in run.out

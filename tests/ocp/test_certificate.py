@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve
+from gaitopt import Collocation, GaitProblem, InputError, Limits, WarmStart, compass_biped, load, save, solve, verify
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.summary import summarise
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -46,6 +46,15 @@ def test_an_optimum_that_switches_torques_is_sharp(switching):
     assert certificate.strict
     assert certificate.nearest
     assert all(near.distance > 0 for near in certificate.nearest)
+
+
+def test_a_certificate_that_is_begun_in_advance_is_the_same(switching):
+    """The linear program of the check may be solved in another thread while the gait is replayed."""
+    again = solve(REFERENCE.replace(sequence="slip+ stick | slip+", objective="cost_of_transport"))
+    again.begin_evaluation("certificate")
+    again.begin_evaluation("certificate")
+    # As texts, because the curvature of a sharp minimum is nan.
+    assert str(verify(again).certificate) == str(switching.certificate)
 
 
 @pytest.mark.parametrize("name", ["friction", "speed", "leg_length", "leg_com", "torque_limit of hip", "cone_margin"])

@@ -12,6 +12,7 @@ from gaitopt.motion import summarise
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.ocp import ExactPenalty, FischerBurmeister, Scholtes
 from gaitopt.ocp.mode_search.impact_proposal import list_outcomes_near
+from gaitopt.ocp.solution.certification import Certification
 from gaitopt.progress import HomotopyIteration
 from gaitopt.status import Status
 
@@ -131,7 +132,7 @@ def test_an_interrupt_ends_it_all(reference_problem):
 
 def test_the_certificate_is_not_evaluated_by_the_solve(reference_problem, monkeypatch):
     calls = []
-    monkeypatch.setattr("gaitopt.ocp.solution.single_start.certify", lambda solution: calls.append(solution))
+    monkeypatch.setattr(Certification, "conclude", lambda certification: calls.append(certification))
     gait = solve(reference_problem(sequence=OPEN, intervals=10))
     assert gait.proposal is not None
     assert calls == []

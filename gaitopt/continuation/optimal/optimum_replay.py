@@ -19,7 +19,7 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult
-from gaitopt.ocp.solution.certification import certify
+from gaitopt.ocp.solution.certification import defer_certificate
 from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.trajectory import read_parameters
 from gaitopt.reductions import worst
@@ -88,7 +88,7 @@ def make_optimal_gait(optimum: KktLinearisation) -> Gait:
         ),
         versions=versions(),
         solution=solution_of(solution.transcription, solution.outcome),
-        certificate=Deferred(lambda: certify(solution)),
+        certificate=defer_certificate(solution),
     )
 
 

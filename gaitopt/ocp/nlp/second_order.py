@@ -11,7 +11,9 @@ same reason a direction of negative curvature indicates a saddle only if the cos
 increase on one side because of the multiplier of an almost active bound, and the bound may exclude the other side.
 """
 
+import copy
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -24,6 +26,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.sparse_matrix import SparseMatrix, factorise
+from gaitopt.parallel.background_call import BackgroundCall
 
 SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""
@@ -57,8 +60,8 @@ REACH, LEAST_DECREASE = 0.1, 1e-9
 """Largest change of an unknown, relative to its typical size, along a direction of negative curvature, and least
 decrease of the scaled objective along it that counts as a saddle."""
 
-PROBES = 16
-"""Number of random vectors that are projected onto the null space at a time."""
+PROBES, LEAST_PROBES = 16, 4
+"""Largest and least number of random vectors that are projected onto the null space at a time."""
 
 
 class Verdict(StrEnum):
@@ -130,12 +133,44 @@ def check_second_order(
     -------
     SecondOrder
     """
-    check = _Conditions(nlp, x, multipliers, data, bounds, np.ones(x.size) if sizes is None else sizes)
-    result = check.conclude()
-    if result.verdict in (Verdict.SHARP, Verdict.STRICT) or nlp.smooth:
-        return result
-    vertex = check.cross_over()
-    return vertex.conclude() if vertex is not None else result
+    return SecondOrderCheck(nlp, x, multipliers, data, bounds, sizes).conclude()
+
+
+class SecondOrderCheck:
+    """A check of the second-order conditions whose linear program, if one is needed, is solved in another thread.
+
+    The parameters are those of :func:`check_second_order`.
+    """
+
+    def __init__(
+        self,
+        nlp: Nlp,
+        x: Array,
+        multipliers: tuple[Array, Array],
+        data: Array,
+        bounds: Bounds,
+        sizes: Array | None = None,
+    ) -> None:
+        self._conditions = _Conditions(nlp, x, multipliers, data, bounds, np.ones(x.size) if sizes is None else sizes)
+        self._result = self._conditions.conclude()
+        decided = self._result.verdict in (Verdict.SHARP, Verdict.STRICT) or nlp.smooth
+        self._vertex = None if decided else BackgroundCall(self._conditions.prepare_crossover())
+
+    def conclude(self) -> SecondOrder:
+        """Return the result, when the linear program is solved."""
+        if self._vertex is None:
+            return self._result
+        with defer_interrupt():  # the thread cannot be stopped
+            vertex = self._vertex.result()
+        return self._conditions.move_to(vertex).conclude() if vertex is not None else self._result
+
+
+@dataclass(frozen=True, eq=False)
+class _Vertex:
+    """A vertex of the linear program: the step to it, and the multipliers of the scaled objective there."""
+
+    step: Array
+    multipliers: Array
 
 
 class _Conditions:
@@ -144,7 +179,7 @@ class _Conditions:
     def __init__(
         self, nlp: Nlp, x: Array, multipliers: tuple[Array, Array], data: Array, bounds: Bounds, sizes: Array
     ) -> None:
-        self.nlp, self.x, self.data, self.bounds = nlp, x, data, bounds
+        self.nlp, self.x, self.data = nlp, x, data
         self.sizes = sizes
         with defer_interrupt():
             g, jacobian = nlp.derivatives["jac_g"](x, data)
@@ -167,7 +202,7 @@ class _Conditions:
         """Return the result."""
         with defer_interrupt():
             upper = self.nlp.derivatives["hess_lag"](self.x, self.data, 1 / self.nlp.typical, self._on_rows())
-        hessian = SparseMatrix.read(ca.triu2symm(upper)).scale(self.sizes, self.sizes)
+        hessian = SparseMatrix.read_symmetric(upper).scale(self.sizes, self.sizes)
         least = CURVED * max(1.0, float(np.max(np.abs(hessian.values), initial=0.0)))
         basis = _null_space(self.scaled_gradients.select(self.equal | self.strong))
         weakly = _restrict(basis, self.scaled_gradients.select(self.active & ~self.strong))
@@ -221,32 +256,39 @@ class _Conditions:
         """Return the scaled gradients of the constraints that are active or near their bounds."""
         return self.scaled_gradients.select(~self.equal & ~self.strong & (self.slacks < NEAR))
 
-    def cross_over(self) -> "_Conditions | None":
-        """Return the check at the vertex of the linear program around the solution; None if no vertex is nearby."""
+    def prepare_crossover(self) -> Callable[[], _Vertex | None]:
+        """Return the function that solves the linear program around the solution; None if no vertex is nearby.
+
+        The function uses neither Python nor expressions for long, so that it may be called in another thread.
+        """
         with defer_interrupt():
             slope = np.asarray(self.nlp.derivatives["grad_f"](self.x, self.data)[1]).ravel() / self.nlp.typical
         n, size = self.x.size, BOX * np.maximum(1.0, np.abs(self.x))
         lower = np.maximum(self.lower[:n] - self.x, -size)
         upper = np.minimum(self.upper[:n] - self.x, size)
-        rows = self.values[n:]
+        rows, jacobian = self.values[n:], self.jacobian
         with defer_interrupt():
-            program = ca.conic("vertex", "highs", {"h": ca.Sparsity(n, n), "a": self.jacobian.sparsity()}, OPTIONS)
-            answer = program(
-                g=slope,
-                a=self.jacobian,
-                lba=self.lower[n:] - rows,
-                uba=self.upper[n:] - rows,
-                lbx=np.minimum(lower, upper),
-                ubx=upper,
-            )
-            solved = program.stats()["success"]
-        step, on_bounds, on_rows = (np.array(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
-        if not solved or -float(answer["cost"]) > NEGLIGIBLE_GAIN or np.any(np.abs(step) > 0.9 * size):
-            return None
-        scaled = (on_bounds * self.nlp.typical, on_rows * self.nlp.typical)
-        vertex = _Conditions(self.nlp, self.x, scaled, self.data, self.bounds, self.sizes)
-        vertex._determine_active(self.values + self.gradients.times(step))
-        return vertex
+            program = ca.conic("vertex", "highs", {"h": ca.Sparsity(n, n), "a": jacobian.sparsity()}, OPTIONS)
+        limits = {"lba": self.lower[n:] - rows, "uba": self.upper[n:] - rows}
+        limits |= {"lbx": np.minimum(lower, upper), "ubx": upper}
+
+        def solve_program() -> _Vertex | None:
+            with defer_interrupt():
+                answer = program(g=slope, a=jacobian, **limits)
+                solved = program.stats()["success"]
+            step, on_bounds, on_rows = (np.array(answer[name]).ravel() for name in ("x", "lam_x", "lam_a"))
+            if not solved or -float(answer["cost"]) > NEGLIGIBLE_GAIN or np.any(np.abs(step) > 0.9 * size):
+                return None
+            return _Vertex(step, np.concatenate([on_bounds, on_rows]))
+
+        return solve_program
+
+    def move_to(self, vertex: _Vertex) -> "_Conditions":
+        """Return the check at a vertex."""
+        moved = copy.copy(self)
+        moved.multipliers = vertex.multipliers
+        moved._determine_active(self.values + self.gradients.times(vertex.step))
+        return moved
 
     def _determine_active(self, values: Array) -> None:
         """Determine the active constraints at a vertex from its values and the multipliers of its linear program."""
@@ -274,8 +316,11 @@ def _null_space(gradients: SparseMatrix) -> Array:
     basis = np.empty((free, 0))
     if free:
         solve, random = factorise(rows, REGULARISATION), np.random.default_rng(0)
+        # At the vertices of optima of absolute work the null space has few dimensions; the first vectors find them.
+        count = min(max(free - rows.shape[0], LEAST_PROBES), PROBES)
         while basis.shape[1] < free:
-            probes = random.standard_normal((free, min(PROBES, free)))
+            probes = random.standard_normal((free, min(count, free)))
+            count = PROBES
             for _ in range(2):  # the second projection removes the rounding errors of the first
                 probes = solve(np.vstack([probes, np.zeros((rows.shape[0], probes.shape[1]))]))[:free]
             sizes = np.linalg.norm(probes, axis=0)

@@ -47,12 +47,30 @@ class SparseMatrix:
         rows, columns = (np.array(part, dtype=np.intp) for part in (pattern.row(), pattern.get_col()))
         return cls(rows, columns, np.array(matrix.nonzeros(), dtype=float), matrix.shape)
 
+    @classmethod
+    def read_symmetric(cls, upper: ca.DM) -> "SparseMatrix":
+        """Return the entries of a symmetric matrix from its upper triangle.
+
+        Examples
+        --------
+        >>> SparseMatrix.read_symmetric(ca.DM([[1, 3], [0, 2]])).times(np.array([1.0, 1.0]))
+        array([4., 5.])
+        """
+        half = cls.read(upper)
+        above = half.rows < half.columns
+        return cls(
+            np.concatenate([half.rows, half.columns[above]]),
+            np.concatenate([half.columns, half.rows[above]]),
+            np.concatenate([half.values, half.values[above]]),
+            half.shape,
+        )
+
     def write(self) -> ca.DM:
         """Return the CasADi matrix."""
         order = np.lexsort((self.rows, self.columns))  # column-major, as CasADi stores
         first = np.searchsorted(self.columns[order], np.arange(self.shape[1] + 1))
         pattern = ca.Sparsity(*self.shape, first.tolist(), self.rows[order].tolist())
-        return ca.DM(pattern, self.values[order])
+        return ca.DM(pattern, self.values[order].tolist())  # CasADi converts lists faster than arrays
 
     def scale(self, rows: Array | float, columns: Array | float) -> "SparseMatrix":
         """Return the matrix with each row and each column multiplied by a number."""
@@ -134,7 +152,7 @@ def _factorise_by_casadi(system: SparseMatrix, regularisation: float) -> Solve:
         pivots, upper, order = ca.ldl(matrix)
     # Without rounding errors no pivot is smaller than the regularisation.
     diagonal = np.array(pivots).ravel()
-    factors = ca.DM(np.where(diagonal == 0.0, -regularisation, diagonal)), upper, order
+    factors = ca.DM(np.where(diagonal == 0.0, -regularisation, diagonal).tolist()), upper, order
 
     def solve(right: Array) -> Array:
         with defer_interrupt():

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.lazy import Deferred
 from gaitopt.motion.certificate import Certificate, NearConstraint, Sensitivity
 from gaitopt.ocp.nlp.keys import Key, Kind, Place
 from gaitopt.ocp.nlp.layout import Layout
-from gaitopt.ocp.nlp.second_order import SecondOrder, check_second_order
+from gaitopt.ocp.nlp.second_order import SecondOrder, SecondOrderCheck
 from gaitopt.ocp.solution.grid_solve import GridSolution
 from gaitopt.ocp.solution.relaxable_limits import typical_sizes
 from gaitopt.ocp.solution.sensitivity import cost_sensitivities
@@ -19,20 +20,47 @@ AUXILIARY = (Kind.POSITIVE_POWER, Kind.NEGATIVE_POWER, Kind.SLACK)
 """Kinds of unknowns without a physical bound."""
 
 
-def certify(solution: GridSolution) -> Certificate | None:
-    """Return the certificate of a solution on one grid; None if the solve failed.
+class Certification:
+    """The certificate of a solution on one grid, part of which is computed in another thread.
 
     Parameters
     ----------
     solution : GridSolution
     """
-    transcription, outcome = solution.transcription, solution.outcome
-    if not outcome.status.ok:
-        return None
-    sizes = typical_sizes(transcription, solution.problem)
-    check = check_second_order(transcription.nlp, outcome.x, outcome.multipliers, solution.data, solution.limits, sizes)
-    sensitivities = cost_sensitivities(solution.problem, transcription, outcome.x, outcome.multipliers, solution.data)
-    return make_certificate(check, (transcription.variables, transcription.constraints), sensitivities)
+
+    def __init__(self, solution: GridSolution) -> None:
+        self._solution = solution
+        self._check: SecondOrderCheck | None = None
+
+    def begin(self) -> None:
+        """Begin to check the second-order conditions, if the solve has succeeded."""
+        solution, outcome = self._solution, self._solution.outcome
+        if self._check is None and outcome.status.ok:
+            sizes = typical_sizes(solution.transcription, solution.problem)
+            point = outcome.x, outcome.multipliers, solution.data, solution.limits
+            self._check = SecondOrderCheck(solution.transcription.nlp, *point, sizes)
+
+    def conclude(self) -> Certificate | None:
+        """Return the certificate; None if the solve failed."""
+        self.begin()
+        if self._check is None:
+            return None
+        problem, transcription, outcome = self._solution.problem, self._solution.transcription, self._solution.outcome
+        point = outcome.x, outcome.multipliers, self._solution.data
+        sensitivities = cost_sensitivities(problem, transcription, *point)  # while the other thread may be at work
+        layouts = transcription.variables, transcription.constraints
+        return make_certificate(self._check.conclude(), layouts, sensitivities)
+
+
+def defer_certificate(solution: GridSolution) -> Deferred[Certificate | None]:
+    """Return the certificate of a solution on one grid, None if the solve failed, for a field of a gait.
+
+    Parameters
+    ----------
+    solution : GridSolution
+    """
+    certification = Certification(solution)
+    return Deferred(certification.conclude, begin=certification.begin)
 
 
 def make_certificate(

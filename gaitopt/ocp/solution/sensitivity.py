@@ -11,10 +11,11 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
+from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.certificate import Sensitivity
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
-from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian, evaluate_nlp
+from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import Transcription
 
@@ -65,11 +66,13 @@ def cost_sensitivities(
     tuple of Sensitivity
         In order of decreasing relative effect.  Numbers without effect are omitted.
     """
+    evaluate_nlp = FastCall(transcription.nlp.values)
 
     @functools.cache
     def evaluate_at(numbers: tuple[float, ...]) -> tuple[float, Array]:
         """Return the values of the NLP, which are the same for all changes of its bounds alone."""
-        return evaluate_nlp(transcription.nlp, x, np.concatenate([numbers, data[len(numbers) :]]))
+        cost, rows = evaluate_nlp(x, np.concatenate([numbers, data[len(numbers) :]]))
+        return cost.item(), rows.copy()
 
     @defer_interrupt()
     def evaluate(changed: GaitProblem) -> float:

@@ -12,7 +12,6 @@ from gaitopt.ocp.initial.initial_point import initial_point
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.certification import certify
 from gaitopt.ocp.solution.cost_refinement import cost_error, cost_factor, refine_for_cost, report_cost_error
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
@@ -96,6 +95,8 @@ def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: t
     remarks : tuple of str
         Warnings besides those of the solution.
     """
+    from gaitopt.ocp.solution.certification import defer_certificate  # which the solve itself does not need
+
     transcription, outcome, problem = solution.transcription, solution.outcome, solution.problem
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
@@ -118,7 +119,7 @@ def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: t
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),
-        certificate=Deferred(lambda: certify(solution)),
+        certificate=defer_certificate(solution),
     )
 
 
