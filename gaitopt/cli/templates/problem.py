@@ -13,7 +13,7 @@ from gaitopt.ocp import transcription_named
 
 @dataclass(frozen=True)
 class WorkAndTorque(Objective):
-    """Cost of transport plus weighted squared torques, which reduce the heat of the motors and smooth the torques."""
+    """Cost of transport plus a penalty on squared torques, which reduces motor heating and smooths the torques."""
 
     torque_weight: float  # [W / (N m)^2]
     name = "work_and_torque"
@@ -44,7 +44,7 @@ def problem(
     """Return the problem: walk at the given speed and step length with the lowest cost."""
     return GaitProblem(
         name="NAME",
-        robot=compass_biped(),  # built in: compass_biped, rimless_wheel; or assemble a custom robot
+        robot=compass_biped(),  # or a custom robot: gaitopt new NAME --robot compass_biped writes its definition
         sequence=sequence,
         parameters={"hip_mass": hip_mass, "leg_mass": leg_mass, "leg_length": leg_length, "leg_com": leg_com},
         friction=friction,
