@@ -191,7 +191,7 @@ class GaitProblem:
     def values(self) -> dict[str, float]:
         """Every parameter of robot and ground by name (SI units).
 
-        Of a free slope, the middle; of the other free parameters, the value at which a solve starts.
+        The value of a free slope is the middle of its bounds, that of any other free parameter its initial value.
         """
         lower, upper = self.slope_range
         return {**self.parameters, "slope": (lower + upper) / 2, "friction": self.friction}

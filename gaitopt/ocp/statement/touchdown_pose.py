@@ -30,7 +30,8 @@ MOST_ANGLES = 7
 def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
     """Return the largest step [m] with angles within their bounds [rad]: the distance between the feet.
 
-    Of round feet it is the distance of their slide coordinates, by which a step without slip moves the walker forward.
+    For round feet it is the distance between their slide coordinates, by which a step without slip moves the walker
+    forward.
     """
     return _reach(robot, tuple(robot.vector(values)), tuple(limits))
 
