@@ -225,5 +225,5 @@ def _tune(
     if tuned.search_interrupted or tuned.verified.interrupted:
         raise KeyboardInterrupt
     if not isinstance(tuned.law, Law):
-        raise InputError(f"No gains of the family {family.name!r} define a law for the gait.")
+        raise InputError(f"No gains of the family {family.name!r} define a law for the gait; choose another law.")
     return tuned, tuned.law

@@ -276,7 +276,10 @@ class GaitProblem:
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
-            raise InputError(f"Robot {self.robot.name!r} has no actuators; an optimal gait requires at least one.")
+            raise InputError(
+                f"Robot {self.robot.name!r} has no actuators; an optimal gait requires at least one. "
+                "Use a WalkProblem for passive gaits."
+            )
         self.limits.torque_rates(self.robot.actuators)
         if not any(self.limits.torques(self.robot.actuators)):
             raise InputError("Limits.torque is 0 for every actuator; at least one must be greater than 0.")

@@ -267,9 +267,12 @@ def test_push_prints_a_table(capsys):
         capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1", "--workers", "1"
     )
     assert code == 0
-    assert "friction patch" in text.out and "not survived" in text.out
+    assert "friction patch" in text.out
+    assert "not survived" in text.out
     assert "sensor delay" in text.out
-    assert "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s; steps until the return: median" in text.out
+    assert (
+        "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s; steps until the return: median" in text.out
+    )
     assert "open loop: 1 of 1 walks return" in text.out
 
 

@@ -126,7 +126,9 @@ def _check_gaps(name: str, contacts: Mapping[str, AnyContact], q: ca.SX) -> None
     """Raise InputError if the gap of a contact depends on no coordinate."""
     for label, part in contacts.items():
         if not ca.depends_on(ca.SX(part.gap), q):
-            raise InputError(f"Robot {name!r}: gap of contact {label!r} depends on no coordinate, so it never closes.")
+            raise InputError(
+                f"Robot {name!r}: gap of contact {label!r} depends on no coordinate; remove or correct it."
+            )
 
 
 def _motion(inputs: dict[str, ca.SX], parts: Mechanics, actuators: Mapping[str, ca.SX]) -> dict[str, Any]:

@@ -61,7 +61,10 @@ def _sample_distances(
         points = np.random.default_rng(0).uniform(lower, upper, size=(3**MOST_ANGLES, len(limits)))
     distances = robot.landing.map(len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
     if not np.any(np.isfinite(distances)):
-        raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
+        raise InputError(
+            f"Robot {robot.name!r}: the position of the landing foot is not finite for some angles within "
+            "Limits.angle; choose narrower limits or correct the robot."
+        )
     return points, np.where(np.isfinite(distances), distances, np.nan)
 
 
@@ -133,7 +136,9 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
     """
     angles = _pose(robot, tuple(robot.vector(values)), step)
     if angles is None:
-        raise InputError(f"Robot {robot.name!r} has no touchdown pose with a step of {step:g} m.")
+        raise InputError(
+            f"Robot {robot.name!r} has no touchdown pose with a step length of {step:g} m; choose another step length."
+        )
     return np.array(angles)
 
 
