@@ -157,7 +157,7 @@ def _newton_euler(
         outputs = ca.vertcat(mechanics.entries, *places)
         sums = find_joints(outputs) if lifted else JointSums(ca.SX(0, 1), ca.SX(0, 1), ca.densify(outputs))
         angles = ca.vertcat(ca.SX(0, 1), *actuators.values())
-        balance = Balance(mechanics.inertia, mechanics.fall, mechanics.resistance, angles)
+        balance = Balance(mechanics.inertia, mechanics.gravity_accelerations, mechanics.resistance, angles)
         return derive_newton_euler(sums, balance, (inputs["q"], inputs["v"], inputs["p"]))
 
     return {name: Deferred(functools.partial(build, lifted=name == "lifted")) for name in ("recursive", "lifted")}
