@@ -62,8 +62,8 @@ def _sample_distances(
     distances = robot.landing.map(len(points))(full_coordinates(points.T), 0, p)[0].full()[0]
     if not np.any(np.isfinite(distances)):
         raise InputError(
-            f"Robot {robot.name!r}: the position of the landing foot is not finite for some angles within "
-            "Limits.angle; choose narrower limits or correct the robot."
+            f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle; correct the "
+            "robot or its parameters."
         )
     return points, np.where(np.isfinite(distances), distances, np.nan)
 
