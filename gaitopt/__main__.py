@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def _exit_by_interrupt() -> None:
-    """End the process without the clean-up of the interpreter, which may end it with the signal, or take long."""
+    """End the process without the interpreter's clean-up, which may take long or end it with another status."""
     with contextlib.suppress(OSError, ValueError):  # a closed stream
         sys.stdout.flush()
         sys.stderr.flush()

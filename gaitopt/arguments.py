@@ -34,11 +34,18 @@ _PLAIN = (str, float, int, bool, type(None))
 MOST_KEYS = 1000
 """Number of combinations of plain arguments of a record that are remembered as valid."""
 
-_NAMES = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path", None: "None"}
+_NAMES = {
+    float: "a number",
+    int: "a whole number",
+    str: "a string",
+    bool: "True or False",
+    Path: "a path",
+    None: "None",
+}
 
 
 class ArgumentError(InputError):
-    """A wrong type or name of an argument of a function that the user calls, or of one that this function calls."""
+    """An argument of a wrong type or an unknown name, in a call by the user or in one that follows from it."""
 
 
 def check_arguments(target: F) -> F:

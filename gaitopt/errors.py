@@ -46,7 +46,7 @@ def suggest(name: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     near = get_close_matches(name, known, n=1, cutoff=0.5)
-    listing = f"Known: {', '.join(known)}." if known else "No names are known."
+    listing = f"Known: {', '.join(known)}." if known else "No names are defined."
     return f"Did you mean {near[0]!r}? {listing}" if near else listing
 
 

@@ -130,7 +130,7 @@ def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], own
     Raises
     ------
     InputError
-        If a name is unknown or a value violates its bounds, which may be another parameter.
+        If a name is unknown or a value violates its bounds, one of which may be another parameter.
 
     Examples
     --------

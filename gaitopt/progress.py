@@ -180,7 +180,7 @@ class ProgressLine:
     Raises
     ------
     InputError
-        If the label is not a text, or the stream has no method ``write``.
+        If the label is not a string, or the stream has no method ``write``.
 
     Examples
     --------
@@ -195,7 +195,7 @@ class ProgressLine:
 
     def __init__(self, label: str = "progress", *, stream: TextIO | None = None) -> None:
         if not isinstance(label, str):
-            raise InputError(f"label must be a text such as 'sweep', got {label!r}.")
+            raise InputError(f"label must be a string such as 'sweep', got {label!r}.")
         if stream is not None and not callable(getattr(stream, "write", None)):
             raise InputError(f"stream must be a text file such as sys.stderr, got {stream!r}.")
         self._label, self._stream = label, stream

@@ -20,7 +20,7 @@ class Status(Enum):
     ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
     NOT_VERIFIED = (
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
-        "gait. Unless the reasons of the replay state another remedy, use more intervals or larger cone margins, or "
+        "gait. Unless the reported reasons state another remedy, use more intervals or larger cone margins, or "
         "another contact sequence."
     )
     PLAN_INACCURATE = (
@@ -70,34 +70,34 @@ class Stop(Enum):
 
     STEPS_DONE = "All requested steps were completed."
     FELL = "The walker fell."
-    LIFT_OFF = "The stance foot lifted off; a single-support model ends there."
+    LIFT_OFF = "The stance foot lifted off, which ends the simulation of a robot with one foot on the ground at a time."
     DOUBLE_SUPPORT = (
         "The touchdown has no outcome with an impulse at the landing foot alone: the trailing foot would not separate, "
         "or the landing foot would have to be pulled."
     )
-    PAINLEVE = "Slip is not well posed here (Painleve's paradox); the simulation ends there."
-    SINGULAR = "The integration stops at a point where the motion or the torque is singular or not finite."
+    PAINLEVE = "Slip is not well posed in this state (Painleve's paradox), so the simulation ended."
+    SINGULAR = "The integration stopped where the motion or the torque is singular or not finite."
     NO_TOUCHDOWN = "The swing foot did not touch down within the time limit."
     TOO_MANY_EVENTS = "One step has too many contact events or samples: a foot chatters, or the robot spins."
     EVENT_REACHED = "The requested event was reached."
     DURATION_DONE = "The requested duration was simulated."
     INCONSISTENT = (
-        "No contact modes and forces satisfy the friction law here; the simulation of rigid bodies ends there."
+        "No contact modes and forces satisfy the friction law in this state, so the simulation of rigid bodies ended."
     )
     MUST_SLIP = (
         "A foot on ground of infinite friction would have to slip: its normal force vanishes but not its tangential "
         "force, and it cannot leave the ground. Use a finite coefficient of friction."
     )
     AMBIGUOUS = (
-        "Several motions satisfy the friction law here, such as one in which a foot sticks and one in which it leaves "
-        "the ground if friction is large; the simulation ends there."
+        "Several motions satisfy the friction law in this state (with large friction, for example, one in which a foot "
+        "sticks and one in which it leaves the ground), so the simulation ended."
     )
     STUMBLED = (
-        "A foot hit the vertical face of a step in the ground, or slid onto ground of infinite friction; the "
-        "simulation ends there."
+        "A foot hit the vertical face of a step in the ground, or slid onto ground of infinite friction, so "
+        "the simulation ended."
     )
-    UNEVEN = "A rigid foot would stand on two heights of the ground; the simulation ends there."
-    JAM = "The sliding contacts jam: their slip is not well posed; the simulation ends there."
+    UNEVEN = "A rigid foot would stand on ground of two different heights, so the simulation ended."
+    JAM = "The sliding contacts jam: their slip is not well posed, so the simulation ended."
 
     @property
     def key(self) -> str:

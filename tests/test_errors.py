@@ -22,7 +22,7 @@ def test_the_nearest_name_is_suggested_and_all_are_listed():
 
 def test_nothing_is_suggested_where_nothing_is_near():
     assert suggest("zzz", ["torque", "speed"]) == "Known: torque, speed."
-    assert suggest("zzz", []) == "No names are known."
+    assert suggest("zzz", []) == "No names are defined."
 
 
 def test_any_iterable_of_names_will_do():

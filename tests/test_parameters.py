@@ -154,7 +154,7 @@ class Options:
     size: float = attrs.field(default=1.0, validator=positive("m", upper=2.0))
     count: int = attrs.field(default=3, validator=whole_number())
     limit: float | None = attrs.field(default=None, validator=optional(positive(infinite=True)))
-    name: str = attrs.field(default="", validator=instance_of(str, example="a text"))
+    name: str = attrs.field(default="", validator=instance_of(str, example="a string"))
     work: object = attrs.field(default=print, validator=callable_with("a number"))
 
 
@@ -168,7 +168,7 @@ class Options:
         ({"count": 2.5}, "Options.count must be a whole number, got 2.5."),
         ({"count": True}, "Options.count must be a whole number, got True."),
         ({"limit": math.nan}, "Options.limit must be a finite number, got nan."),
-        ({"name": 3}, "Options.name must be a text, got 3."),
+        ({"name": 3}, "Options.name must be a string, got 3."),
         ({"work": 3}, "Options.work must be a function that is called with a number, got 3."),
     ],
 )

@@ -24,7 +24,7 @@ LISTED = 20
 
 def audit(
     count: Annotated[int, typer.Option(min=1, max=1_000_000, help="Number of problems.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the problems.")] = 18,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the problems.")] = 18,
     starts: Annotated[
         int | None,
         typer.Option(

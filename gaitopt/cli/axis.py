@@ -39,7 +39,9 @@ def grid(over: Sequence[str], most: int) -> dict[str, Array]:
         for name, ends, count in axes_read
     }
     if len(axes) < len(over):
-        raise InputError("The axes of --over must be different, got the same axis twice.")
+        names = [name for name, _, _ in axes_read]
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"The axes of --over must be different, got {repeated!r} twice.")
     return axes
 
 

@@ -79,8 +79,8 @@ def basin(
     saved gait.  For a script it has the value of the first periodic gait that is found if there is a single axis and
     no --state, and otherwise 0.  The file of results contains these values.
 
-    For a robot with several contacts, the gait of the file or of the script completes every start: coordinates and
-    rates that are not stated change as little as possible, so that its feet stand on the ground.
+    For a robot with several contacts, a start is completed from the gait of the file or of the script: coordinates and
+    rates that are not stated differ from those of the gait as little as possible while its feet stand on the ground.
 
     For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
     values of its parameter.  For each gait, the smallest push after which the walker does not return to it (fatal
@@ -162,7 +162,7 @@ def _read_start(state: list[str] | None, axes: "Mapping[str, Array]") -> dict[st
     base = read_numbers(state, "--state")
     for name in base:
         if name in axes:
-            raise InputError(f"{name} is stated by both --over and --state; state it once.")
+            raise InputError(f"{name} is set by both --over and --state; use only one of them.")
     return base
 
 

@@ -192,7 +192,16 @@ def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, floa
         out.print("design: " + ", ".join(texts))
     out.print(f"objective: {result.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
-    for column in ("gait", "sequence", "speed [m/s]", "step [m]", "friction", "slope [rad]", "objective", "replay"):
+    for column in (
+        "gait",
+        "sequence",
+        "speed [m/s]",
+        "step length [m]",
+        "friction",
+        "slope [rad]",
+        "objective",
+        "replay",
+    ):
         table.add_column(column, no_wrap=True)
     for number, gait in enumerate(result.gaits, start=1):
         passed = gait.verification is not None and gait.verification.passed

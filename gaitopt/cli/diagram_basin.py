@@ -104,7 +104,10 @@ def find_branch_basin(file: Path, over: list[str], source: Path | None, branch: 
         )
     problem = find_problem(diagram, file, source)
     if not isinstance(problem, WalkProblem):
-        raise InputError("Basins along a branch are not computed for robots with several contacts.")
+        raise InputError(
+            "Basins along a branch are not computed for robots with several contacts; name the script or the gait file "
+            "instead."
+        )
     chosen = engine_named(engine, problem.law or passive(problem.robot), problem.robot)
     values = axes[diagram.parameter]
     return trace_basin(problem, diagram, values, branch=branch, engine=chosen)

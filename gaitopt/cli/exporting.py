@@ -137,7 +137,7 @@ def report(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write gaits as one HTML page: animated walker, charts, energy, multipliers, comparison, problem and versions.
+    """Write gaits as one HTML page: animation, charts, energy, Floquet multipliers, comparison, problem and versions.
 
     A walking script without optimisation is accepted in place of a file: the page shows its first periodic gait.
 
@@ -158,7 +158,7 @@ def report(
 
 
 def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
-    """Write the gaits of a sweep as a library, and print its errors in the middles of the grid cells."""
+    """Write the gaits of a sweep as a library, and print its errors at the midpoints of the grid cells."""
     from gaitopt.export.library_module import write_library
     from gaitopt.motion.atomic import check_suffix
     from gaitopt.study.libraries.gait_library import load_library
@@ -206,8 +206,8 @@ def export(
 
     The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
 
-    For a sweep (.nc), the .py file interpolates the gaits over its axes, and the largest errors in the middles of the
-    grid cells are reported.
+    For a sweep (.nc), the .py file interpolates the gaits over its axes, and the largest errors at the midpoints
+    of the grid cells are reported.
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
     """

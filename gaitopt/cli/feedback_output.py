@@ -88,7 +88,7 @@ def _verification_text(verified: "Recovery") -> str:
 def interrupt_text(tuned: "Tuning") -> str:
     """Return which gains an interrupted tuning kept, in words."""
     if not tuned.search_interrupted:
-        return "Interrupted; the gains are not verified completely."
+        return "Interrupted; the gains are not completely verified."
     evaluated = "one evaluation" if tuned.evaluations == 1 else f"{tuned.evaluations} evaluations"
     return f"Interrupted; the gains are the best after {evaluated} and are not verified."
 
@@ -102,7 +102,7 @@ def print_unstable(tuned: "Tuning") -> None:
     err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
 
-def basin_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
+def recovery_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
     """Return the fraction of pushes in a ball after which a walker returns, and in how many steps, as plain data."""
     if recovery is None:
         return None
@@ -122,8 +122,8 @@ def endurance_facts(
     return {
         "survived": [dataclasses.asdict(each) for each in survived],
         "push_radius": ball,
-        "basin_before": basin_facts(before),
-        "basin_after": basin_facts(after),
+        "basin_before": recovery_facts(before),
+        "basin_after": recovery_facts(after),
     }
 
 
@@ -131,16 +131,17 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
     caption = (
-        "A push is survived if the walker returns to the gait, any other disturbance if it completes all steps, "
+        "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
+        "survived if the walker returns to the gait, any other disturbance if it completes all steps, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: loss of friction "
         "over the first steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
-        caption += " No failed value (-): the survived value is the largest tried."
+        caption += " A dash (-): all disturbances tried, up to the survived one, are survived."
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
     )
-    for column in ("disturbance", "survived", "failed", "unit"):
+    for column in ("disturbance", "survived", "not survived", "unit"):
         table.add_column(column)
     for each in facts["survived"]:
         failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
@@ -158,4 +159,6 @@ def _settling(recovery: "Recovery") -> str:
     """Return the number of steps until the walks have returned, in words."""
     if not recovery.settling:
         return ""
-    return f", median {statistics.median(recovery.settling):g} steps, at most {max(recovery.settling)}"
+    return (
+        f"; steps until the return: median {statistics.median(recovery.settling):g}, largest {max(recovery.settling)}"
+    )

@@ -39,7 +39,9 @@ def start_from_file(
     """
     recorded = file is not None and not is_gait_file(file)
     if (columns or angle_unit) and not recorded:
-        raise InputError("--column and --angle-unit state how a recorded motion (--guess CSV/MAT/STO/MOT) is read.")
+        raise InputError(
+            "--column and --angle-unit are accepted only with a recorded motion (--guess CSV/MAT/STO/MOT)."
+        )
     if file is None:
         return problem, None
     if not recorded:
@@ -66,7 +68,10 @@ def _guess_of_gait(problem: "GaitProblem | PlanarProblem", gait: AnyGait, file: 
         return FromPlanarGait(gait)
     if isinstance(problem, GaitProblem) and not isinstance(gait, PlanarGait):
         return WarmStart(gait, label=f"gait {file.name}")
-    raise InputError(f"{file} is a gait of {gait.robot_name}, whose contacts are not those of {problem.robot.name}.")
+    raise InputError(
+        f"{file} is a gait of {gait.robot_name}, whose contacts are not those of {problem.robot.name}; "
+        "name another gait."
+    )
 
 
 def _read_columns(columns: Sequence[str] | None) -> dict[str, str]:

@@ -181,8 +181,8 @@ Measures = Annotated[
     typer.Option(
         "--with",
         metavar="MEASURE,...",
-        help="Further columns: stability (multipliers in open loop), recovery (largest ball of recovered pushes). They "
-        "can be added to the file of a finished sweep.",
+        help="Further columns: stability (Floquet multipliers in open loop), recovery (largest ball of recovered "
+        "pushes). They can be added to the file of a finished sweep.",
     ),
 ]
 PointStarts = Annotated[
@@ -293,5 +293,6 @@ def label_files(files: Sequence[Path]) -> dict[str, Path]:
     stems = [file.stem for file in files]
     labels = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
     if len(labels) < len(files):
-        raise InputError("The gait files must be different, got the same file twice.")
+        repeated = next(file for file in files if files.count(file) > 1)
+        raise InputError(f"The gait files must be different, got {repeated} twice.")
     return labels

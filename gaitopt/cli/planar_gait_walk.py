@@ -116,5 +116,8 @@ def _change_start(gait: "PlanarGait", law: "PlanarLaw", y: "Array", changes: Map
         raise InputError(f"The state cannot be changed: the gait does not complete its first step. {period.stop.hint}")
     changed = change_state(section_of(automaton, period), y, changes)
     if changed is None:
-        raise InputError(f"No state near the gait with {dict(changes)} has the feet of the gait on the ground.")
+        listed = ", ".join(f"{name} = {value:g}" for name, value in changes.items())
+        raise InputError(
+            f"No state near the gait with {listed} keeps its feet on the ground; choose values closer to the gait."
+        )
     return changed

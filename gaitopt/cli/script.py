@@ -221,8 +221,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
 
     if isinstance(problem, PlanarProblem):
         raise InputError(
-            f"{script.path} has a robot with several contacts; 'gaitopt solve', 'stability', 'simulate', 'tune', "
-            "'push', 'basin' and 'impact' accept it."
+            f"{script.path} has a robot with several contacts, which this command does not accept; 'gaitopt solve', "
+            "'stability', 'simulate', 'tune', 'push', 'basin' and 'impact' do."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
@@ -245,8 +245,8 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
 
     if isinstance(problem, PlanarWalkProblem):
         raise InputError(
-            f"{path} has a robot with several contacts; 'gaitopt stability', 'simulate', 'trace', 'basin', 'report' "
-            "and 'impact' accept it."
+            f"{path} has a robot with several contacts, which this command does not accept; 'gaitopt stability', "
+            "'simulate', 'trace', 'basin', 'report' and 'impact' do."
         )
     return problem
 
@@ -320,8 +320,8 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     """Return the gait of a file, or raise InputError if its robot has several contacts."""
     if isinstance(gait, PlanarGait):
         raise InputError(
-            f"{file} is a gait of a robot with several contacts; 'gaitopt show', 'verify', 'stability', 'simulate', "
-            "'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' accept it."
+            f"{file} is a gait of a robot with several contacts, which this command does not accept; 'gaitopt show', "
+            "'verify', 'stability', 'simulate', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' do."
         )
     return gait
 

@@ -61,7 +61,7 @@ def new(
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, the
     script of a robot with the definition of its bodies, contacts and actuators.  Unlike a robot of the catalogue, the
-    robot of such a script is checked before each solve.  An existing file is never overwritten.
+    robot of such a script is checked for errors before each solve.  An existing file is never overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """

@@ -183,7 +183,7 @@ def compare(
     width: FigureWidth = 7.2,
     font_size: FontSize = 8.5,
     multipliers: Annotated[
-        bool, typer.Option("--multipliers", help="Also compute the multipliers of the gaits in open loop.")
+        bool, typer.Option("--multipliers", help="Also compute the Floquet multipliers of the gaits in open loop.")
     ] = False,
     problem: RobotScript = None,
     json: Json = False,

@@ -91,7 +91,7 @@ def trace_script(
     script : Script
         States a GaitProblem.
     name : str
-        The number of the problem that varies.
+        The parameter or limit of the problem that varies.
     ends : (float, float)
         Its range, in the unit of the script's parameter of this name if it has one.
     options : OptimumOptions

@@ -92,7 +92,7 @@ def _multipliers(cycle: Cycle) -> list[str]:
     if not cycle.one_sided:
         return [format_multiplier(value) for value in cycle.multipliers]
     stick, slip = ([format_multiplier(value) for value in side] for side in cycle.one_sided_multipliers)
-    return ["one-sided, impact sticks:", *stick, "impact slips:", *slip]
+    return ["one-sided, impact sticks:", *stick, "one-sided, impact slips:", *slip]
 
 
 def format_multiplier(value: complex) -> str:

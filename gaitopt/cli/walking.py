@@ -53,7 +53,7 @@ def stability(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the periodic gaits of a walker, or take a saved gait, and compute their exact multipliers.
+    """Find the periodic gaits of a walker, or take a saved gait, and compute their exact Floquet multipliers.
 
     A saved gait, or the optimal gait of a script that returns a PlanarProblem, is assessed in open loop, with its
     torques replayed, or under the given feedback law.

@@ -214,7 +214,10 @@ class _Tracer:
             if point is not None:
                 sides.append(self._follow(family, stepper, point))
         if not sides:
-            raise InputError(f"The start is not a periodic gait at {self.source.parameter} = {value:.6g}.")
+            raise InputError(
+                f"The start is not a periodic gait at {self.source.parameter} = {value:.6g}; find one there with "
+                "find_cycles, or omit the start."
+            )
         branch = sides[0] if len(sides) == 1 else _join_sides(sides[1], sides[0])
         number = len(self.branches)
         yield self._add(branch)

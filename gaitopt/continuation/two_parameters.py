@@ -91,7 +91,9 @@ def trace_curve(
         raise InputError(f"The second parameter must differ from the first, {name!r}.")
     points = diagram.branches[branch].special if 0 <= branch < len(diagram.branches) else ()
     if not 0 <= special < len(points):
-        raise InputError(f"Branch {branch} of the diagram has no special point {special}; it has {len(points)}.")
+        raise InputError(
+            f"Branch {branch} of the diagram has no special point {special}; it has {len(points)}, counted from 0."
+        )
     value = float(source.values[name])
     if not min(ends) <= value <= max(ends):
         raise InputError(f"The range of {name} must contain the value of the problem, {value:g}.")

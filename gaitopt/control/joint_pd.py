@@ -27,7 +27,7 @@ def joint_pd(
     """Return the law u = u_ref(t) - K (joint angle - its reference) - D (joint rate - its reference), within limits.
 
     A joint angle is the angle on which an actuator does work; if it is not a linear function of the robot's angles, its
-    errors are linearised at the state.  With zero gains the law is :func:`feedforward`.
+    error is linearised about the current state.  With zero gains the law is :func:`feedforward`.
 
     Parameters
     ----------

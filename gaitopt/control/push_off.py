@@ -78,7 +78,7 @@ def push_off(
     _check(robot, actuator, angle, trigger)
     base, limits = remove_limits(law or passive(robot))
     if set(GAINS) & set(base.gains):
-        raise InputError(f"The law {base.name!r} already has a push-off.")
+        raise InputError(f"The law {base.name!r} already has a push-off; use a law without one.")
     values = [
         Parameter(GAINS[0], 0.0, "N m", "").check(torque),
         Parameter(GAINS[1], 0.1, "s", "", lower=0.0, lower_open=True).check(duration),

@@ -74,7 +74,7 @@ def limit_torque(law: Law, limits: Array) -> Law:
     if not limits.size:
         return law
     if law.limited:
-        raise InputError(f"The law {law.name!r} already has torque limits.")
+        raise InputError(f"The law {law.name!r} already has torque limits; use a law without limits.")
     if limits.shape != (law.control.size1_out(0),) or not np.all(limits > 0):
         count = law.control.size1_out(0)
         raise InputError(

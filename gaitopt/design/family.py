@@ -78,7 +78,7 @@ class Family:
             if not (problems[0].free or shared):
                 raise InputError(
                     "The problems of a Family must have at least one free parameter; problem 1 has none. Without free "
-                    "parameters, state shared='torques' or shared='gains'."
+                    "parameters, set shared='torques' or shared='gains'."
                 )
             if problem.free != problems[0].free:
                 raise InputError(

@@ -95,14 +95,14 @@ def _solve_on_common_grid(family: Family, solver: NlpSolver, observer: SolveObse
 
 
 def _advise_bounds(family: Family) -> str:
-    """Return the advice to state bounds if torques are shared: exact targets nearly contradict each other."""
+    """Return the advice to use bounds if torques are shared: exact targets nearly contradict each other."""
     targets = {name: getattr(family.problems[0], name) for name in ("speed", "step_length")}
     exact = {name: value for name, value in targets.items() if isinstance(value, float)}
     if "torques" not in family.shared or not exact:
         return ""
     examples = ", ".join(f"{name}=({0.99 * value:.4g}, {1.01 * value:.4g})" for name, value in exact.items())
     return (
-        f"; gaits that share their torques can rarely have exactly the same {' and '.join(exact)}: state bounds "
+        f"; gaits that share their torques can rarely have exactly the same {' and '.join(exact)}: use bounds "
         f"such as {examples}"
     )
 
@@ -221,7 +221,7 @@ class _Member:
 
     @classmethod
     def of(cls, problem: GaitProblem, gait: Gait, names: Sequence[str] = ()) -> "_Member":
-        """Return the member of a problem from a gait with about its parameters."""
+        """Return the member of a problem that starts from a gait with nearly the same parameters."""
         solution = gait.solution
         if solution is None:
             raise ValueError("a solved gait has a solution")

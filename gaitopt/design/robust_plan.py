@@ -112,7 +112,7 @@ def solve_scenarios(
 
     In each round the gait is planned for the lowest friction of the selected scenarios, other parameters being those of
     the problem, and the gains of the law are tuned for the worst of the selected scenarios.  The law does
-    not know the scenario.
+    not depend on the scenario.
 
     Parameters
     ----------
@@ -225,5 +225,5 @@ def _tune(
     if tuned.search_interrupted or tuned.verified.interrupted:
         raise KeyboardInterrupt
     if not isinstance(tuned.law, Law):
-        raise InputError(f"No gains of the family {family.name!r} define a law for the gait.")
+        raise InputError(f"No gains of the family {family.name!r} define a law for the gait; choose another law.")
     return tuned, tuned.law

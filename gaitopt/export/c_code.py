@@ -66,7 +66,7 @@ def write_c(
     Raises
     ------
     InputError
-        If the suffix is another one, the file name gives no C name, or the law belongs to another robot.
+        If the suffix is not ``.c``, the file name is not a C identifier, or the law belongs to another robot.
     ArchiveError
         If a file is not writable.
 

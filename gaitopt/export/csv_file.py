@@ -23,8 +23,8 @@ def write_csv(motion: AnyMotion, path: str | Path, *, section: Sequence[str] = (
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in characters that MATLAB's
     ``readtable`` and Julia's ``CSV.jl`` accept unchanged.  Each phase has its own first and last sample, so a time
     appears twice where a phase ends and the next begins.  Numbers are written with all digits.  ``damping_work_J`` and
-    ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.  Of a robot
-    with several contacts, each contact that closes has its columns, such as ``foot_A_mode`` and
+    ``elastic_J`` are those of robots with dampers and springs; ``potential_J`` includes the elastic energy.  For a
+    robot with several contacts, each contact that closes has its columns, such as ``foot_A_mode`` and
     ``foot_A_normal_force_N``.
 
     Parameters

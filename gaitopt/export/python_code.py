@@ -91,7 +91,10 @@ def write_function(function: ca.Function, name: str) -> str:
         elif operation in _OPERATIONS:
             lines.append(f"    a{targets[0]} = {_OPERATIONS[operation].format(*(f'a{i}' for i in sources))}")
         else:
-            raise InputError(f"Python code of the operation {operation} in {function.name()!r} is not available.")
+            raise InputError(
+                f"The CasADi operation {operation} in {function.name()!r} cannot be written in Python; "
+                "write C code instead."
+            )
     sizes = [f"    {text} = [0.0] * {dense.numel_out(i)}" for i, text in enumerate(results)]
     head = f"def {name}({', '.join(names)}):"
     return "\n".join([head, *sizes, *lines, f"    return ({', '.join(results)},)"])

@@ -46,7 +46,7 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     Raises
     ------
     InputError
-        If the suffix is another one, the file name is not that of a module, the law belongs to another robot, or the
+        If the suffix is not ``.py``, the file name is not that of a module, the law belongs to another robot, or the
         file is a script that gaitopt has not written.
     ArchiveError
         If the file is not writable.

@@ -33,7 +33,7 @@ def write_torques(motion: AnyMotion, path: str | Path, *, law: Law | None = None
     Parameters
     ----------
     motion : Motion or PlanarMotion
-        Of a robot with several contacts, lengths, modes and slip speeds are written by name.
+        For a robot with several contacts, lengths, modes and slip speeds are written by name.
     path : str or Path
         Usually ends in ``.json``.
     law : Law, optional

@@ -399,5 +399,5 @@ def _exchange_matrix(relabel: Sequence[ca.SX], q: ca.SX, name: str) -> ca.DM:
         )
     constant = ca.DM(matrix)
     if abs(float(ca.det(constant))) < 1e-12:
-        raise InputError(f"Robot {name!r}: the exchange of the angles is not invertible.")
+        raise InputError(f"Robot {name!r}: the exchange of the angles must be invertible, but it is singular.")
     return constant

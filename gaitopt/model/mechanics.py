@@ -113,7 +113,7 @@ class Mechanics:
 
     Attributes
     ----------
-    entries, inertia, fall : SX, shape (n_r, 1)
+    entries, inertia, gravity_accelerations : SX, shape (n_r, 1)
         The vector r, its inertia D and the acceleration of gravity of each entry.
 
     Examples
@@ -137,7 +137,7 @@ class Mechanics:
         masses = [mass for body in bodies for mass in (body.mass, body.mass)]
         reflected = [rotor.reflected for rotor in rotors]
         self.inertia = ca.vertcat(ca.SX(0, 1), *masses, *(link.inertia for link in links), *reflected)
-        self.fall = ca.vertcat(*[gravity] * len(bodies), ca.SX(len(links) + len(rotors), 1))
+        self.gravity_accelerations = ca.vertcat(*[gravity] * len(bodies), ca.SX(len(links) + len(rotors), 1))
 
     def require(self, acceleration: ca.SX) -> ca.SX:
         """Return the generalised forces that accelerations require, M a + h, shape (n_q, 1) [N, N m].
@@ -152,7 +152,7 @@ class Mechanics:
             Rates of v [m/s^2, rad/s^2].
         """
         rates = ca.jtimes(self._rates, ca.vertcat(self._q, self._v), ca.vertcat(self._v, acceleration))
-        forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.fall), True)
+        forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.gravity_accelerations), True)
         return forces + self.resistance
 
     def generalised_momentum(self, rates: ca.SX) -> ca.SX:
@@ -182,7 +182,7 @@ class Mechanics:
     @cached_property
     def potential(self) -> ca.SX:
         """Potential energy, that of springs and potentials included [J]."""
-        return self.elastic - ca.dot(self.inertia * self.fall, self.entries)
+        return self.elastic - ca.dot(self.inertia * self.gravity_accelerations, self.entries)
 
     @cached_property
     def momentum(self) -> ca.SX:

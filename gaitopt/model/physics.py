@@ -202,13 +202,13 @@ def _shape_differences(expected: PhysicsSamples, robot: AnyRobot) -> tuple[str, 
     return tuple(lacking + [f"a further parameter {name!r}" for name in sorted(named - known)])
 
 
-def _difference(there: Array, here: Array) -> float:
+def _difference(expected: Array, actual: Array) -> float:
     """Return the largest difference over the size of a quantity, sample by sample."""
-    same = (there == here) | (np.isnan(there) & np.isnan(here))
-    if not np.all(np.isfinite(there[~same])) or not np.all(np.isfinite(here[~same])):
+    same = (expected == actual) | (np.isnan(expected) & np.isnan(actual))
+    if not np.all(np.isfinite(expected[~same])) or not np.all(np.isfinite(actual[~same])):
         return math.inf
-    if not there.size:
+    if not expected.size:
         return 0.0
-    gap = np.where(same, 0.0, np.abs(np.where(same, 0.0, there) - np.where(same, 0.0, here)))
-    sizes = np.maximum(np.abs(np.where(np.isfinite(there), there, 0.0)), FLOOR).max(axis=0)
+    gap = np.where(same, 0.0, np.abs(np.where(same, 0.0, expected) - np.where(same, 0.0, actual)))
+    sizes = np.maximum(np.abs(np.where(np.isfinite(expected), expected, 0.0)), FLOOR).max(axis=0)
     return float(np.max(gap / sizes))

@@ -42,8 +42,9 @@ def record_writes(written: list[Path]) -> Iterator[None]:
 def write_atomically(path: str | Path, *, heading: str | None = None) -> Iterator[Path]:
     """Yield a temporary path beside `path` that replaces it if the block succeeds, and is removed if it fails.
 
-    The file reaches the disk before it is renamed, and the folder after: also if the machine loses its power, `path`
-    holds the old content or the new one.  A symbolic link is followed, and a file that exists keeps its permissions.
+    The file reaches the disk before it is renamed, and the folder after: even if the machine loses power, `path`
+    contains either the old or the new content.  A symbolic link is followed, and a file that exists keeps its
+    permissions.
 
     Parameters
     ----------

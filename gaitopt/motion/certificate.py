@@ -42,7 +42,7 @@ class NearConstraint:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Effect of one number of the problem on the optimal objective.
+    """Effect of a parameter, target, limit or margin of the problem on the optimal objective.
 
     Attributes
     ----------
@@ -90,8 +90,8 @@ class Certificate:
     nearest : tuple of NearConstraint
         Inactive inequalities that are nearest to their bounds, one for each name in each phase.
     sensitivities : tuple of Sensitivity
-        Derivatives of the optimal objective with respect to the numbers that affect it, in order of decreasing relative
-        effect.  They are the derivatives of the Lagrangian (envelope theorem).
+        Derivatives of the optimal objective with respect to the parameters, targets, limits and margins that affect it,
+        in order of decreasing relative effect.  They are the derivatives of the Lagrangian (envelope theorem).
 
     Examples
     --------
@@ -118,12 +118,12 @@ class Certificate:
         return self.verdict in ("sharp", "strict")
 
     def derivative_of(self, name: str) -> float:
-        """Return the derivative of the optimal objective with respect to a number.
+        """Return the derivative of the optimal objective with respect to a parameter, target, limit or margin.
 
         Raises
         ------
         InputError
-            If the number does not affect the optimum, or does not exist.
+            If there is none of this name, or it does not affect the optimum.
         """
         derivatives = {one.name: one.derivative for one in self.sensitivities}
         if name not in derivatives:

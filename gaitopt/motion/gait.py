@@ -191,7 +191,8 @@ class Gait(LazyRecord):
         replay = "not replayed"
         if self.verification is not None:
             replay = "replay passed" if self.verification.passed else "replay failed"
-        numbers = f"cost of transport {self.cost_of_transport:.6g}, {self.speed:.4g} m/s, step {self.step_length:.4g} m"
+        pace = f"{self.speed:.4g} m/s, step length {self.step_length:.4g} m"
+        numbers = f"cost of transport {self.cost_of_transport:.6g}, {pace}"
         return f"Gait({self.robot_name!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
 
     @property

@@ -69,9 +69,9 @@ def _require(valid: bool, name: str, value: Any, accepted: str) -> None:
 
 
 def _check_problem(problem: Mapping[str, Any]) -> None:
-    _require("objective" in problem, "objective of the problem", None, "a text")
+    _require("objective" in problem, "objective of the problem", None, "a string")
     for name in _TEXTS:
-        _require(isinstance(problem.get(name, ""), str), f"{name} of the problem", problem.get(name), "a text")
+        _require(isinstance(problem.get(name, ""), str), f"{name} of the problem", problem.get(name), "a string")
     for name in _MAPPINGS:
         value = problem.get(name) or {}
         _require(isinstance(value, dict), f"{name} of the problem", value, "an object of names and values")

@@ -81,7 +81,10 @@ def _numbers(gait: Gait) -> Facts:
         ("step length", f"{gait.step_length:.6g} m"),
         ("period", f"{gait.period:.6g} s"),
         ("phases", ", ".join(f"{phase.mode.value} {phase.duration:.4g} s" for phase in gait.motion.segments)),
-        ("friction margin", f"{round_margin(gait.friction_margin):.2e} of the cone while sticking"),
+        (
+            "friction margin",
+            f"{round_margin(gait.friction_margin):.2e}, the smallest 1 - |f_t| / (mu f_n) while sticking",
+        ),
         ("foot slide", f"{1e3 * gait.motion.foot_slide:.3f} mm"),
         ("impact", f"{jump.mode.value}, impulse ratio {jump.ratio:+.4f}"),
         ("energy", describe_energy(gait.energy)),
@@ -226,7 +229,7 @@ def describe_design(gait: Gait | PlanarGait) -> Facts:
     bounds = gait.problem.get("free") or {}
     values = gait.design.items()
     texts = [f"{name} {value:.6g} ({bounds[name][0]:g} to {bounds[name][1]:g})" for name, value in values]
-    return [("design", ", ".join(texts))] if texts else []
+    return [("design", f"{', '.join(texts)} [SI units, rad]")] if texts else []
 
 
 def _grid(gait: Gait) -> Facts:
@@ -234,10 +237,8 @@ def _grid(gait: Gait) -> Facts:
     error = gait.solver.cost_error
     if not math.isfinite(error):
         return []
-    text = (
-        f"{sum(gait.problem['intervals'])} intervals, objective within {100 * error:.1g} % of a finer grid (estimate)"
-    )
-    return [("grid", text)]
+    accuracy = f"objective within {100 * error:.1g} % of its value on an infinitely fine grid (estimate)"
+    return [("grid", f"{sum(gait.problem['intervals'])} intervals, {accuracy}")]
 
 
 def describe_script(problem: Mapping[str, Any]) -> Facts:

@@ -163,7 +163,10 @@ def _check_format(file: h5py.File, path: Path, kind: str, version: int, *, intac
     if content != f"gaitopt {kind}":
         other = content.removeprefix("gaitopt ")
         if other in READERS:
-            raise ArchiveError(f"{path} contains a {other}, not a {kind}; in Python, {READERS[other]}.")
+            raise ArchiveError(
+                f"{path} contains a {other}, not a {kind}; 'gaitopt show' and 'gaitopt plot' accept it, and in Python, "
+                f"{READERS[other]}."
+            )
         raise ArchiveError(f"{path} is an HDF5 file, but not a {kind} written by gaitopt.")
     file_version = _version_of(file)
     if file_version > version:

@@ -121,7 +121,7 @@ def _distances(motion: Motion, start: int) -> list[int]:
 def assign_links(links: Links, feet: Mapping[int, int], bodies: Sequence[str]) -> tuple[int | None, ...]:
     """Return the contact to whose leg each link belongs: the one at the fewest links' distance.
 
-    Of contacts of one body at the same distance it is the first; None if those of several bodies are.
+    Among contacts of one body at the same distance it is the first one; None if contacts of several bodies are.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ class PlanarGait(LazyRecord):
         replay = "not replayed"
         if self.verification is not None:
             replay = "replay passed" if self.verification.passed else "replay failed"
-        numbers = f"objective {self.solver.objective:.6g}, {self.speed:.4g} m/s, step {self.step_length:.4g} m"
+        numbers = f"objective {self.solver.objective:.6g}, {self.speed:.4g} m/s, step length {self.step_length:.4g} m"
         return f"PlanarGait({self.robot_name!r}, '{self.sequence}', {self.status.key}, {replay}, {numbers})"
 
     @property

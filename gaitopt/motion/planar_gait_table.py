@@ -69,7 +69,9 @@ def _numbers(gait: PlanarGait) -> Facts:
         *_events(gait),
     ]
     if math.isfinite(margin):
-        facts.append(("friction margin", f"{round_margin(margin):.2e} of the cone while sticking"))
+        facts.append(
+            ("friction margin", f"{round_margin(margin):.2e}, the smallest 1 - |f_t| / (mu f_n) while sticking")
+        )
     facts += _impacts(gait)
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
     facts += _depths(gait)

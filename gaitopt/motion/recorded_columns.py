@@ -95,7 +95,7 @@ def assign_columns(
                 factor = units[match[1]] if match[1] else bare
                 if factor is None:
                     raise InputError(
-                        f"{path}: the column {column!r} states no unit; name it {column}_rad or {column}_deg, or state "
+                        f"{path}: the column {column!r} has no unit; name it {column}_rad or {column}_deg, or specify "
                         "the unit of all angles (angle_unit, --angle-unit)."
                     )
                 return values * factor
@@ -127,7 +127,7 @@ def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[st
     for name in names:
         if name not in columns.coordinates:
             raise InputError(
-                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} State "
+                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} Specify "
                 f"the column by columns={{{name!r}: 'COLUMN'}}, or --column {name}=COLUMN."
             )
 

@@ -15,12 +15,12 @@ LISTED = 3
 """Differences that a message lists."""
 
 
-def require_same_physics(held: AnyRobot | StoredRobot, motion: Motion | PlanarMotion, robot: AnyRobot) -> None:
+def require_same_physics(gait_robot: AnyRobot | StoredRobot, motion: Motion | PlanarMotion, robot: AnyRobot) -> None:
     """Raise InputError, which states what differs, unless a robot has the physics of the robot of a gait.
 
     Parameters
     ----------
-    held : Robot, PlanarRobot or StoredRobot
+    gait_robot : Robot, PlanarRobot or StoredRobot
         The robot of the gait.
     motion : Motion or PlanarMotion
         The planned step; of a robot that is only named, its energies and its touchdown must be those of `robot`.
@@ -36,20 +36,20 @@ def require_same_physics(held: AnyRobot | StoredRobot, motion: Motion | PlanarMo
     ...
     gaitopt.errors.InputError: The robot 'rimless_wheel' is not the robot 'compass_biped' of the gait. It differs in: angles and actuators (theta instead of th1, th2, ankle, hip). Use the robot with which the gait was computed, or solve the problem again with this one.
     """  # noqa: E501
-    if held is robot:
+    if gait_robot is robot:
         return
-    _require_names(robot, motion, held.name)
-    if isinstance(held, StoredRobot) and held.record is None:
+    _require_names(robot, motion, gait_robot.name)
+    if isinstance(gait_robot, StoredRobot) and gait_robot.record is None:
         if isinstance(motion, Motion) and isinstance(robot, Robot):
-            require_motion_of(robot, motion, held.name)
+            require_motion_of(robot, motion, gait_robot.name)
         return
-    if held.record is not None and held.record.digest == robot.record.digest:
+    if gait_robot.record is not None and gait_robot.record.digest == robot.record.digest:
         return
-    physics = held.physics if isinstance(held, StoredRobot) else physics_of(held)
+    physics = gait_robot.physics if isinstance(gait_robot, StoredRobot) else physics_of(gait_robot)
     if physics is None:
         raise TypeError("a stored robot has a record without physics")
     compare = _other_contacts if isinstance(robot, PlanarRobot) else _other_contact_model
-    _refuse(robot, held.name, (*find_differences(physics, robot), *compare(held, robot)))
+    _refuse(robot, gait_robot.name, (*find_differences(physics, robot), *compare(gait_robot, robot)))
 
 
 def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
@@ -75,16 +75,16 @@ def require_motion_of(robot: Robot, motion: Motion, name: str) -> None:
     for jump in motion.jumps:
         after = [np.asarray(part, dtype=float).ravel() for part in robot.swap(jump.q, jump.v_plus, p)]
         compared.append(("leg exchange", np.concatenate([jump.q_next, jump.v_next]), np.concatenate(after)))
-    differing = [label for label, there, here in compared if not _agree(there, here)]
+    differing = [label for label, expected, actual in compared if not _agree(expected, actual)]
     _refuse(robot, name, tuple(dict.fromkeys(differing)))
 
 
 def _require_names(robot: AnyRobot, motion: Motion | PlanarMotion, name: str) -> None:
     """Raise InputError unless the coordinates and actuators of a robot are those of a motion, which laws rely on."""
-    here, there = (_coordinates_of(one) for one in (robot, motion))
-    if (here, robot.actuators) != (there, motion.actuators):
+    actual, expected = (_coordinates_of(one) for one in (robot, motion))
+    if (actual, robot.actuators) != (expected, motion.actuators):
         kind = "coordinates" if isinstance(motion, PlanarMotion) else "angles"
-        names = f"{', '.join((*here, *robot.actuators))} instead of {', '.join((*there, *motion.actuators))}"
+        names = f"{', '.join((*actual, *robot.actuators))} instead of {', '.join((*expected, *motion.actuators))}"
         _refuse(robot, name, (f"{kind} and actuators ({names})",))
 
 
@@ -92,30 +92,30 @@ def _coordinates_of(source: AnyRobot | Motion | PlanarMotion) -> tuple[str, ...]
     return source.coordinates if isinstance(source, PlanarRobot | PlanarMotion) else source.angles
 
 
-def _agree(there: Array, here: Array) -> bool:
+def _agree(expected: Array, actual: Array) -> bool:
     """Return whether numbers agree; nan, as in a failed optimisation, is not compared."""
-    size = max(float(np.max(np.abs(there))), FLOOR)
-    return bool(np.all((np.abs(there - here) <= AGREEMENT * size) | ~np.isfinite(there)))
+    size = max(float(np.max(np.abs(expected))), FLOOR)
+    return bool(np.all((np.abs(expected - actual) <= AGREEMENT * size) | ~np.isfinite(expected)))
 
 
-def _other_contacts(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
+def _other_contacts(gait_robot: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
     """Return which of contacts, leg exchange and switched springs differ."""
-    if held.record is None:
+    if gait_robot.record is None:
         raise ValueError("a stored robot with several contacts has a record")
-    stored, present = held.record.content(), robot.record.content()
+    stored, present = gait_robot.record.content(), robot.record.content()
     compared = {"contacts": "contacts", "mirror": "leg exchange", "switches": "switched springs"}
     return tuple(label for key, label in compared.items() if stored.get(key) != present[key])
 
 
-def _other_contact_model(held: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
+def _other_contact_model(gait_robot: AnyRobot | StoredRobot, robot: AnyRobot) -> tuple[str, ...]:
     if not isinstance(robot, Robot):
         return ()
-    if isinstance(held, Robot):
-        described = describe_contact_model(held.contact_model)
+    if isinstance(gait_robot, Robot):
+        described = describe_contact_model(gait_robot.contact_model)
     else:
-        if held.record is None:
+        if gait_robot.record is None:
             raise ValueError("a stored robot without its record has no contact model")
-        described = held.record.content()["contact_model"]
+        described = gait_robot.record.content()["contact_model"]
     return () if is_described_by(robot.contact_model, described) else ("impact law or contact transitions",)
 
 

@@ -191,7 +191,7 @@ class GaitProblem:
     def values(self) -> dict[str, float]:
         """Every parameter of robot and ground by name (SI units).
 
-        Of a free slope, the middle; of the other free parameters, the value at which a solve starts.
+        The value of a free slope is the middle of its bounds, that of any other free parameter its initial value.
         """
         lower, upper = self.slope_range
         return {**self.parameters, "slope": (lower + upper) / 2, "friction": self.friction}
@@ -276,7 +276,10 @@ class GaitProblem:
 
     def _check_actuation(self) -> None:
         if self.robot.n_u == 0:
-            raise InputError(f"Robot {self.robot.name!r} has no actuators; an optimal gait requires at least one.")
+            raise InputError(
+                f"Robot {self.robot.name!r} has no actuators; an optimal gait requires at least one. "
+                "Use a WalkProblem for passive gaits."
+            )
         self.limits.torque_rates(self.robot.actuators)
         if not any(self.limits.torques(self.robot.actuators)):
             raise InputError("Limits.torque is 0 for every actuator; at least one must be greater than 0.")

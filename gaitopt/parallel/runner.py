@@ -61,7 +61,7 @@ def run_tasks(
     work : callable
         Called as ``work(shared, argument, *results needed)``.
     tasks : sequence of Task
-        A task comes after those it needs; of those that may run the first goes first.
+        A task comes after those it needs; the first of those that may run is run first.
     shared : object
         Passed to every task; sent once to each worker.
     known : mapping of str to object, optional

@@ -48,7 +48,7 @@ Row = tuple[str, Callable[[Gait], list[Array]]]
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Overlay gaits as functions of the percentage of the step, and draw the terms of their costs of transport as bars.
 
-    Of gaits of several robots, the angles and actuators that all of them have are drawn.  A colour means one gait in
+    For gaits of several robots, the angles and actuators that all of them have are drawn.  A colour means one gait in
     all rows; bars of a column figure are drawn below the rows, otherwise beside them.
 
     Parameters

@@ -84,10 +84,10 @@ class ForceDiagram:
                 tip.set_color(color)
 
 
-class FootGlass:
+class EnlargedFoot:
     """An enlarged view of a foot, centred on the place where the foot landed, with a ruler in mm.
 
-    With a round foot the view moves with the rolling, so that the ruler shows the slide alone.  Of several feet it
+    With a round foot the view moves with the rolling, so that the ruler shows the slide alone.  With several feet it
     shows the one that slides the furthest.
 
     Parameters

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.planar_gait import AnyGait
-from gaitopt.plot.insets import FootGlass, ForceDiagram, Header
+from gaitopt.plot.insets import EnlargedFoot, ForceDiagram, Header
 from gaitopt.plot.scene import Scene
 
 if TYPE_CHECKING:
@@ -53,8 +53,8 @@ def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Pictu
     canvas = FigureCanvasAgg(figure)
     scene = Scene(figure.add_axes((0.0, 0.02, 0.67, 0.86), label="walker"), gait, film)
     forces = ForceDiagram(figure.add_axes((0.735, 0.52, 0.24, 0.3), label="force"), film)
-    glass = FootGlass(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale)
-    parts: tuple[Part, ...] = (scene, forces, glass, Header(figure, gait, film))
+    enlarged = EnlargedFoot(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale)
+    parts: tuple[Part, ...] = (scene, forces, enlarged, Header(figure, gait, film))
     for part in parts:
         part.show(film.frame(0))  # the view of the still background depends on it
     _animate_moving(parts)

@@ -152,17 +152,20 @@ def comparison_section(gaits: Mapping[str, AnyGait]) -> Element:
     return element("section", element("h2", "Comparison"), _side_by_side(gaits), class_="comparison")
 
 
-def comparison_card(found: Comparison) -> Element:
+def comparison_card(comparison: Comparison) -> Element:
     """Return a comparison of gaits, the energy ledger of each, and the assessed multipliers."""
     energies = [
         _figure(f"Energy of the step, {label}", draw_ledger(gait.energy))
-        for label, gait in found.gaits.items()
+        for label, gait in comparison.gaits.items()
         if is_drawable(gait.motion)
     ]
     circles = [
-        _figure(f"Multipliers, {label}", _multipliers(list(values))) for label, values in found.multipliers.items()
+        _figure(f"Floquet multipliers, {label}", _multipliers(list(values)))
+        for label, values in comparison.multipliers.items()
     ]
-    return element("div", _side_by_side(found.gaits), element("div", *energies, *circles, class_="grid-of-figures"))
+    return element(
+        "div", _side_by_side(comparison.gaits), element("div", *energies, *circles, class_="grid-of-figures")
+    )
 
 
 def _side_by_side(gaits: Mapping[str, AnyGait]) -> Element:
@@ -205,13 +208,13 @@ def _figure(title: str, *content: Element, class_: str | None = None) -> Element
 
 def _energy(gait: AnyGait) -> Element:
     energy = gait.energy
-    note = element("p", f"closes to {energy.relative_residual:.1e} of its largest entry", class_="note")
+    note = element("p", f"the balance closes within {energy.relative_residual:.1e} of its largest entry", class_="note")
     return _figure("Energy of the step", draw_ledger(energy), note)
 
 
 def _stability(gait: AnyGait) -> Element:
     """Return the multipliers of the gait with its torques replayed, or the reason why they are missing."""
-    title = "Multipliers, torques replayed"
+    title = "Floquet multipliers, torques replayed in open loop"
     try:
         cycle = assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)
     except InputError as error:

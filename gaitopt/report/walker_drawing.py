@@ -128,10 +128,10 @@ class Stage:
             aria_label="The walker with its contact force, friction cone and the marks of its slides",
         )
 
-    def _contacts(self, here: dict[str, Any]) -> tuple[list[Element], list[Element], list[Element]]:
+    def _contacts(self, frame: dict[str, Any]) -> tuple[list[Element], list[Element], list[Element]]:
         """Return the friction cones, the forces and the marks of the feet that touch the ground."""
         cones, forces, feet = [], [], []
-        for (x, y), (along, up), mode in zip(here["foot"], here["force"], here["modes"], strict=True):
+        for (x, y), (along, up), mode in zip(frame["foot"], frame["force"], frame["modes"], strict=True):
             at: dict[str, Any] = {"transform": f"translate({x} {y})"}
             at |= {"visibility": "hidden"} if mode == "free" else {}
             arrow = {"x1": 0, "y1": 0, "x2": along, "y2": up, "marker_end": f"url(#{self._name}-arrow)"}

@@ -1,4 +1,4 @@
-"""Stability of gaits: return maps, saltation matrices, periodic gaits and their multipliers.
+"""Stability of gaits: return maps, saltation matrices, periodic gaits and their Floquet multipliers.
 
 :func:`find_cycles` finds periodic gaits of a robot, :func:`assess_stability` linearises the step of a given gait, and
 :func:`measure_recovery` measures which pushes a gait recovers from.

@@ -1,4 +1,4 @@
-"""assess_stability: the multipliers of an optimised gait under a law."""
+"""assess_stability: the Floquet multipliers of an optimised gait under a law."""
 
 from typing import TYPE_CHECKING, overload
 
@@ -35,7 +35,7 @@ def assess_stability(
 def assess_stability(
     gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
 ) -> "Cycle | PlanarCycle":
-    """Return the periodic gait of the controlled walker near an optimised gait, with its exact multipliers.
+    """Return the periodic gait of the controlled walker near an optimised gait, with its exact Floquet multipliers.
 
     Parameters
     ----------

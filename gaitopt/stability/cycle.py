@@ -44,7 +44,7 @@ class Cycle(LazyRecord):
     derivative : (n_z, n_z) array
         Derivative of the return map over the period.
     multipliers : (n_z,) complex array
-        Eigenvalues of `derivative`, largest modulus first.
+        Floquet multipliers: eigenvalues of `derivative`, largest modulus first.
     one_sided : tuple of (m, m) arrays
         Derivatives on the sticking and on the slipping side if the impulse lies on the boundary of the friction cone;
         otherwise empty.

@@ -97,7 +97,7 @@ def lqr(
         _linearise(robot, motion), np.diag(1 / np.square(sizes)), np.eye(robot.n_u) / weights.torque**2
     )
     if solution is None:
-        raise InputError(f"No linear-quadratic feedback stabilises this gait with {weights}.")
+        raise InputError(f"No linear-quadratic feedback stabilises this gait with {weights}; try other weights.")
     return state_feedback(robot, motion, solution[0], torque_limit=torque_limit, name="lqr")
 
 
@@ -148,13 +148,16 @@ def step_lqr(
     walker = make_walker(robot, zero_feedback, motion.parameters, period=motion.period)
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
-        raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
+        raise InputError(
+            f"No periodic gait of the walker under the law {base.name!r} was found near the planned one; check the "
+            "gait with verify, or use another law."
+        )
     effect = Linearisation(walker).latched_effect(point.passage.states[0], point.passage.walk_steps[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
-        raise InputError(f"No step-to-step feedback stabilises this gait with {weights}.")
+        raise InputError(f"No step-to-step feedback stabilises this gait with {weights}; try other weights or windows.")
     return replace(add_feedback(point.z, gain, torque_limit=torque_limit), name="step_lqr")
 
 

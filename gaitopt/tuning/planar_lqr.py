@@ -74,7 +74,9 @@ def planar_lqr(
     intervals = [replace(each, b=each.b[:, columns]) for phase in phases for each in phase.intervals]
     solution = periodic_gains(intervals, cost, np.diag(1 / (SHARE * _torque_sizes(gait, chosen, weights)) ** 2))
     if solution is None:
-        raise InputError(f"No linear-quadratic feedback stabilises the gait '{gait.sequence}' with {weights}.")
+        raise InputError(
+            f"No linear-quadratic feedback stabilises the gait '{gait.sequence}' with {weights}; try other weights."
+        )
     gains = np.zeros((len(intervals), 2, robot.n_u, 2 * robot.n_q))
     gains[:, :, columns] = solution[0]
     if robot.travel is not None:
@@ -136,7 +138,7 @@ def planar_step_lqr(
     if gain is None:
         raise InputError(
             f"No step-to-step feedback with {windows} windows of {', '.join(actuators)} stabilises the gait "
-            f"'{gait.sequence}' with {weights}."
+            f"'{gait.sequence}' with {weights}; try other weights, windows or actuators."
         )
     return _add_feedback(gait, law, actuators, np.array([*cycle.state.values()]), gain @ basis.T)
 

@@ -95,7 +95,9 @@ class TunedGains:
             family = family.by_stance_angle(robot, motion)
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if missing:
-            raise InputError(f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}.")
+            raise InputError(
+                f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again."
+            )
         return family.law(self.gains)
 
 

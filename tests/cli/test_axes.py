@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import InputError, load_sweep
-from gaitopt.cli.axis import convert_axes, unconverted_axes
+from gaitopt.cli.axis import convert_axes, grid, unconverted_axes
 from gaitopt.cli.script import gait_problem, read_script, walk_problem
 
 SLIP, WHEEL = "problems/compass_slip.py", "problems/rimless_wheel.py"
@@ -32,6 +32,11 @@ def test_values_that_the_problem_refuses_stay_on_the_line_of_the_others(root):
     assert converted(root / SLIP, "slope", -2, 0, 200) == pytest.approx(np.deg2rad([-2, 0, 200]).tolist())
     with pytest.raises(InputError, match="longer than the"):
         converted(root / SLIP, "step_length", 20, 30)
+
+
+def test_an_axis_that_is_named_twice_is_named_in_the_message():
+    with pytest.raises(InputError, match="must be different, got 'speed' twice"):
+        grid(["friction=0.1:0.3:3", "speed=0.5", "speed=0.6"], 10)
 
 
 TWO = """\

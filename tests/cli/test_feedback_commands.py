@@ -151,7 +151,7 @@ def test_gains_are_kept_if_their_verification_is_interrupted(capsys, tmp_path, m
     assert code == 130
     assert text in " ".join(printed.out.split())
     assert re.search(r"gains +stiffness [0-9.e+]+ 1/s\^2, damping [0-9.e+]+ 1/s\n", re.sub(" *\n", "\n", printed.out))
-    assert "Interrupted; the gains are not verified completely." in printed.err
+    assert "Interrupted; the gains are not completely verified." in printed.err
     assert "nothing was written" not in printed.err
     facts = json.loads(gains.read_text(encoding="utf-8"))
     assert set(facts["gains"]) == {"stiffness", "damping"}
@@ -268,8 +268,11 @@ def test_push_prints_a_table(capsys):
     )
     assert code == 0
     assert "friction patch" in text.out
+    assert "not survived" in text.out
     assert "sensor delay" in text.out
-    assert "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s, median" in text.out
+    assert (
+        "computed_torque: 1 of 1 walks return after pushes up to 0.1 rad/s; steps until the return: median" in text.out
+    )
     assert "open loop: 1 of 1 walks return" in text.out
 
 

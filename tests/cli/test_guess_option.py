@@ -28,5 +28,5 @@ def test_a_gait_and_a_recorded_motion_are_guesses(solved, slip_file, folder):
 
 
 def test_options_without_a_recorded_motion_are_rejected(solved, slip_file):
-    assert "state how a recorded motion" in solved("--guess", slip_file, "--angle-unit", "deg").err
+    assert "are accepted only with a recorded motion" in solved("--guess", slip_file, "--angle-unit", "deg").err
     assert "--column must have the form NAME=COLUMN, got 'th1'" in solved("--guess", "a.csv", "--column", "th1").err

@@ -94,4 +94,4 @@ def test_the_start_of_a_script_is_the_default_state(command, root):
     assert run.json["energy_lost"] > 0
     beyond = command("impact", root / "problems/kneed_walker.py", "--state", "flexion_a=-0.1")
     assert beyond.status == 2
-    assert "'knee A' is 0.1 rad or m beyond its limit" in beyond.err
+    assert "'knee A' is 0.1 rad beyond its limit" in beyond.err

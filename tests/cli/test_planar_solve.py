@@ -99,7 +99,9 @@ def test_a_gait_is_exported_as_a_controller(capsys, hop, tmp_path):
 def test_a_command_on_walkers_names_those_that_accept_the_file(capsys, hop):
     status, printed = run(capsys, "compare", str(hop), "--multipliers")
     assert status == 2
-    assert "of a robot with several contacts; 'gaitopt show', 'verify'" in " ".join(printed.err.split())
+    assert "of a robot with several contacts, which this command does not accept; 'gaitopt show', 'verify'" in " ".join(
+        printed.err.split()
+    )
 
 
 @pytest.mark.parametrize(

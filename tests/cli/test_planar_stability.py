@@ -104,7 +104,7 @@ def test_the_table_lists_sequence_and_multipliers():
         ),
         (("basin", HOPPER, "--over", "knee=0.6:0.7:2"), "has no coordinate or parameter 'knee'"),
         (("basin", HOPPER, "--over", "body=0.6,0.7", "--law", "lqr"), "--law is accepted for a saved gait only"),
-        (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is stated by both --over and --state"),
+        (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is set by both --over and --state"),
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("push", MONOPOD, "--problem", MONOPOD), "--problem specifies the robot of a saved gait"),
         (("solve", HOPPER), "is a walking problem without optimisation"),

@@ -22,5 +22,5 @@ def test_gaits_of_one_name_are_told_apart_by_their_folders(command, slip_file, f
 
 def test_mistakes_in_a_report(command, slip_file):
     assert command("report", "missing.h5").status == 2
-    assert "got the same file twice" in command("report", slip_file, slip_file).err
+    assert f"got {slip_file} twice" in command("report", slip_file, slip_file).err
     assert "does not exist" in command("report", slip_file, "-o", "nowhere/report.html").err

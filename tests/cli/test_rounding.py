@@ -16,7 +16,7 @@ def test_a_margin_and_a_work_that_are_rounding_errors(monkeypatch):
     monkeypatch.setattr(Gait, "energy", property(lambda self: ledger))
     monkeypatch.setattr(Gait, "friction_margin", property(lambda self: -1.33e-15))
     shown = dict(gait_table.tabulate_gait(load(GAIT)))
-    assert shown["friction margin"] == "0.00e+00 of the cone while sticking"
+    assert shown["friction margin"] == "0.00e+00, the smallest 1 - |f_t| / (mu f_n) while sticking"
     assert "+ gravity 0.000000 J =" in shown["energy"]
     monkeypatch.setattr(Gait, "friction_margin", property(lambda self: -1.33e-8))
     assert dict(gait_table.tabulate_gait(load(GAIT)))["friction margin"].startswith("-1.33e-08")

@@ -42,7 +42,7 @@ def test_tables_list_branches_of_several_sequences(command, root, folder):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--over", "fiction=0.1:0.2"], "no finite number 'fiction'"),
+        (["--over", "fiction=0.1:0.2"], "no parameter, target or limit 'fiction'"),
         (["--over", "friction=0.1:0.2", "--second", "slope=0:0.1"], "--second is not accepted"),
         (["--over", "friction=0.1"], "NAME=FROM:TO"),
         (["--over", "friction=0.1:0.2", "-o", "optima.txt"], "optima.txt"),

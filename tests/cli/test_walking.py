@@ -183,7 +183,7 @@ def test_run_a_study(tmp_path):
             "must define at most 10000000 points, got 9999999999",
         ),
         (["basin", WHEEL, "--over", "speed=0:1:3"], "no coordinate or parameter 'speed'"),
-        (["basin", WHEEL, "--over", "theta_rate=1", "--state", "theta_rate=2"], "stated by both --over and --state"),
+        (["basin", WHEEL, "--over", "theta_rate=1", "--state", "theta_rate=2"], "set by both --over and --state"),
         (["basin", "problems/compass_robust.py", "--over", "th1_rate=1"], "returns a RobustProblem, not a WalkProblem"),
         (["run", WHEEL], "no function study"),
         (["stability", SLIP, "--set", "friction=1"], "it is not accepted for a saved gait"),

@@ -191,10 +191,10 @@ def test_a_branch_of_least_cost_of_transport_passes_changes_of_several_constrain
 @pytest.mark.parametrize(
     ("changes", "over", "sentence"),
     [
-        ({}, {"fiction": (0.1, 0.2)}, "no finite number 'fiction'"),
+        ({}, {"fiction": (0.1, 0.2)}, "no parameter, target or limit 'fiction'"),
         ({}, {"friction": (0.1, 0.1)}, "two different finite ends"),
         ({}, {"friction": (0.1, "a")}, "must be two numbers"),
-        ({}, {}, "one number of the problem with its range"),
+        ({}, {}, "one parameter of the problem with its range"),
         ({}, {"friction": (0.25, -0.1)}, "friction"),
         ({}, {"torque_limit of ankle": (6.0, 0.0)}, "equations of the problem must be the same"),
         ({}, {"speed": (3.0, 0.6)}, "No optimal gait|leave at most"),

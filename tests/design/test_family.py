@@ -166,7 +166,7 @@ def test_the_message_of_gaits_without_common_torques_advises_bounds():
     exact = [PROBLEM.replace(free={}, friction=mu) for mu in (0.14, 0.16)]
     failed = Family(exact, shared="torques").solve(solver=Ipopt(max_iterations=2))
     assert not failed.status.ok
-    assert failed.message.endswith("state bounds such as speed=(0.6267, 0.6393), step_length=(0.4666, 0.476)")
+    assert failed.message.endswith("use bounds such as speed=(0.6267, 0.6393), step_length=(0.4666, 0.476)")
 
 
 def test_gaits_at_two_speeds_share_the_gains_of_their_law():

@@ -61,7 +61,11 @@ def test_whatever_hdf5_raises_inside_a_damaged_file(path, monkeypatch, error):
 def test_a_file_of_another_study_says_what_reads_it(path):
     with edit_hdf5(path) as file:
         file.attrs["format"] = "gaitopt basin"
-    fails(path, "contains a basin, not a gait; in Python, load_basin reads it.")
+    fails(
+        path,
+        "contains a basin, not a gait; 'gaitopt show' and 'gaitopt plot' accept it, "
+        "and in Python, load_basin reads it.",
+    )
 
 
 def test_hdf5_of_another_kind(tmp_path):

@@ -82,7 +82,7 @@ def test_a_gait_and_its_parts_are_shown_in_a_line(slip_gait, infeasible, not_a_n
     shown = repr(slip_gait)
     assert shown == (
         "Gait('compass_biped', 'slip+ stick | slip+', solved, replay passed, cost of transport 0.0158534, 0.633 m/s, "
-        "step 0.4713 m)"
+        "step length 0.4713 m)"
     )
     assert "infeasible" in repr(infeasible)
     assert "cost of transport nan" in repr(not_a_number)

@@ -67,7 +67,7 @@ def test_opensim_files_state_their_unit(recorded, tmp_path, unit):
     again = read_motion(path, compass_biped(), columns={"th1": "hip_r"})
     assert again.q == pytest.approx(recorded.q, abs=1e-9)
     assert again.time[0] == 0
-    with pytest.raises(InputError, match=r"no column of the coordinate 'th1'. Known: hip_r. State the column by"):
+    with pytest.raises(InputError, match=r"no column of the coordinate 'th1'. Known: hip_r. Specify the column by"):
         read_motion(path, compass_biped())
 
 
@@ -80,7 +80,7 @@ def test_matlab_files_with_vectors_or_a_structure(recorded, tmp_path):
         again = read_motion(tmp_path / name, compass_biped(), angle_unit="rad")
         assert again.q == pytest.approx(recorded.q, abs=1e-9)
         assert again.fit.duration == pytest.approx(recorded.fit.duration)
-    with pytest.raises(InputError, match="'th1' states no unit; name it th1_rad or th1_deg"):
+    with pytest.raises(InputError, match="'th1' has no unit; name it th1_rad or th1_deg"):
         read_motion(tmp_path / "vectors.mat", compass_biped())
 
 

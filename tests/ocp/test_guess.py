@@ -189,7 +189,7 @@ def test_a_reach_that_is_nan_is_refused(compass):
 
 def test_a_step_beyond_reach_has_no_touchdown_pose():
     robot = compass_biped()
-    with pytest.raises(InputError, match="no touchdown pose with a step of 4 m"):
+    with pytest.raises(InputError, match="no touchdown pose with a step length of 4 m"):
         touchdown_pose(robot, robot.resolve({}), 4.0)
 
 

@@ -88,5 +88,5 @@ def test_open_sequences_that_are_refused(monkeypatch):
     with pytest.raises(SequenceError, match="has contact 'knee A' in mode 'any'; accepted: closed, latched"):
         PhaseSequence.parse("foot A stick, knee A any |", kneed_walker())
     monkeypatch.setattr(open_sequences, "MOST_SEQUENCES", 2)
-    with pytest.raises(SequenceError, match=r"matches 3 contact sequences of .* more than 2: state more modes"):
+    with pytest.raises(SequenceError, match=r"matches 3 contact sequences of .* more than 2: specify more modes"):
         closed("foot A any |", robot)

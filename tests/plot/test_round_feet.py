@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from gaitopt import FigureStyle, animate, compare, plot_comparison, plot_gait, write_report
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.link_roles import tilt
-from gaitopt.plot.insets import FootGlass
+from gaitopt.plot.insets import EnlargedFoot
 from gaitopt.plot.scene import Scene
 from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.report.walker_drawing import Stage
@@ -53,14 +53,14 @@ def test_force_and_cone_stand_on_the_contact_point(rolling_gait, film):
 
 
 def test_the_glass_shows_the_slide_alone(rolling_gait, film):
-    glass = FootGlass(Figure().add_subplot(), rolling_gait, film, 1.0)
+    enlarged = EnlargedFoot(Figure().add_subplot(), rolling_gait, film, 1.0)
     for number in range(0, len(film), 7):
         frame = film.frame(number)
-        glass.show(frame)
+        enlarged.show(frame)
         slid = 1e3 * (frame.slides[0] - frame.step * rolling_gait.motion.travel)
-        assert float(glass._foot.get_xdata()[0]) == pytest.approx(slid)
+        assert float(enlarged._foot.get_xdata()[0]) == pytest.approx(slid)
         assert 0 <= slid <= 1e3 * rolling_gait.motion.foot_slide + 1e-6
-    ends = np.concatenate([mark.get_xdata() for mark in glass._marks])
+    ends = np.concatenate([mark.get_xdata() for mark in enlarged._marks])
     assert ends == pytest.approx([0, 1e3 * rolling_gait.motion.foot_slide])
 
 

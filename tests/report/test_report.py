@@ -159,7 +159,7 @@ def test_a_comparison_in_a_notebook(slipping, sticking):
     assert html.count("<svg") == 2
     assert "&lt;sticks&gt;" in html
     assert "0.015853" in html
-    assert "Multipliers, slips" in show_in_notebook(compare({"slips": slipping}, multipliers=True))
+    assert "Floquet multipliers, slips" in show_in_notebook(compare({"slips": slipping}, multipliers=True))
 
 
 def test_ipython_shows_results_by_itself(slipping):

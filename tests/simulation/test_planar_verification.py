@@ -173,7 +173,7 @@ def test_the_replay_of_a_soft_touchdown_states_its_reason_and_its_whole_sequence
     assert "on any grid" in reason
     assert "Margins(touchdown_rate=0.1)" in reason
     assert other == "the replay has the contact sequence 'foot A stick |' instead of 'foot A stick >'"
-    assert "Unless the reasons of the replay state another remedy" in failed.status.hint
+    assert "Unless the reported reasons state another remedy" in failed.status.hint
     assert not any("soft" in text for text in verify_planar(gait).verification.reasons)
 
 

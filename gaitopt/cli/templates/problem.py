@@ -44,7 +44,7 @@ def problem(
     """Return the problem: the gait of lowest cost at the given speed and step length."""
     return GaitProblem(
         name="NAME",
-        robot=compass_biped(),  # built in: compass_biped, rimless_wheel; or assemble a custom robot
+        robot=compass_biped(),  # or a custom robot: gaitopt new NAME --robot compass_biped writes its definition
         sequence=sequence,
         parameters={"hip_mass": hip_mass, "leg_mass": leg_mass, "leg_length": leg_length, "leg_com": leg_com},
         friction=friction,

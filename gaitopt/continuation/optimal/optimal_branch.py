@@ -88,7 +88,7 @@ class OptimalBranch:
     multipliers : (K, n) complex array
         Multipliers of the gait with its torques in open loop, from the replay; nan without one.
     replayed, passed : (K,) bool arrays
-        Whether the gait was replayed in the event-driven simulator, and whether the replay is the plan.
+        Whether the gait was replayed in the event-driven simulator, and whether the replay agrees with the plan.
     state_errors : (K,) array
         Largest difference of the state after the replayed step from the planned one.
     negative : (K,) int array

@@ -42,7 +42,7 @@ class OptimumReplay:
     Attributes
     ----------
     passed : bool
-        Whether the replay is the plan within the tolerances of :func:`gaitopt.verify`.
+        Whether the replay agrees with the plan within the tolerances of :func:`gaitopt.verify`.
     state_error : float
         Largest difference of the state after the step from the planned one.
     multipliers : (n,) complex array

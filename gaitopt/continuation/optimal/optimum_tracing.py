@@ -1,4 +1,4 @@
-"""trace_optimum: branches of optimal gaits over a number of their problem."""
+"""trace_optimum: branches of optimal gaits over a parameter, target or limit of their problem."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -132,7 +132,7 @@ def trace_optimum(
 
 
 class OptimumTracer:
-    """Branches of optimal gaits of a problem over one of its numbers.
+    """Branches of optimal gaits of a problem over one of its parameters, targets or limits.
 
     Parameters
     ----------
@@ -256,7 +256,8 @@ class OptimumTracer:
 def _read_range(over: Mapping[str, tuple[float, float]]) -> tuple[str, tuple[float, float]]:
     if not isinstance(over, Mapping) or len(over) != 1:
         raise InputError(
-            f"over must be one number of the problem with its range, such as {{'friction': (0.3, 0.1)}}, got {over!r}."
+            f"over must be one parameter of the problem with its range, such as {{'friction': (0.3, 0.1)}}, "
+            f"got {over!r}."
         )
     ((parameter, ends),) = over.items()
     try:

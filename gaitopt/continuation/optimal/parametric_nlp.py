@@ -1,4 +1,4 @@
-"""The NLP of a gait problem on a fixed grid as a function of one number of the problem."""
+"""The NLP of a gait problem on a fixed grid as a function of one parameter, target or limit of the problem."""
 
 from dataclasses import dataclass, replace
 
@@ -42,7 +42,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ParametricNlp:
-    """The NLP of a gait problem, one of whose numbers is a parameter; grid and structure are fixed.
+    """The NLP of a gait problem as a function of a parameter, target or limit; grid and structure are fixed.
 
     Attributes
     ----------
@@ -122,12 +122,12 @@ class ParametricNlp:
 
 
 def find_number(problem: GaitProblem, name: str) -> Number:
-    """Return a number of a problem by its name.
+    """Return a parameter, target or limit of a problem by its name.
 
     Raises
     ------
     InputError
-        If the problem has no finite number of this name.
+        If the problem has none of this name with a finite value.
 
     Examples
     --------
@@ -137,7 +137,9 @@ def find_number(problem: GaitProblem, name: str) -> Number:
     """
     numbers = {number.name: number for number in list_numbers(problem)}
     if name not in numbers:
-        raise InputError(f"The problem has no finite number {name!r} that can be varied. {suggest(name, numbers)}")
+        raise InputError(
+            f"The problem has no parameter, target or limit {name!r} with a finite value. {suggest(name, numbers)}"
+        )
     return numbers[name]
 
 
@@ -148,13 +150,13 @@ def make_parametric_nlp(
     method: Method,
     schedule: GuardSchedule | None = None,
 ) -> ParametricNlp:
-    """Return the NLP of a problem over one of its numbers.
+    """Return the NLP of a problem over one of its parameters, targets or limits.
 
     Parameters
     ----------
     problem : GaitProblem
     name : str
-        Name of the number, such as ``"friction"``, ``"leg_mass"`` or ``"torque_limit of hip"``.
+        Its name, such as ``"friction"``, ``"leg_mass"`` or ``"torque_limit of hip"``.
     ends : (float, float)
         Range in SI units.
     method : Method
@@ -165,11 +167,13 @@ def make_parametric_nlp(
     Raises
     ------
     InputError
-        If there is no such number, or the problem is invalid at an end of the range.
+        If the problem has none of this name, or is invalid at an end of the range.
     """
     problem = problem.without_guess()
     if problem.stability is not None:
-        raise InputError("Branches of optimal gaits need a problem without a bound on its stability.")
+        raise InputError(
+            "Branches of optimal gaits need a problem without a bound on its stability: set stability=None."
+        )
     number = find_number(problem, name)
     values = ends[0], ends[1], 0.5 * (ends[0] + ends[1])
     problems = [number.change(value) for value in values]

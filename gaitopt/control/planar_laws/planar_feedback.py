@@ -68,8 +68,8 @@ def planar_joint_pd(
 ) -> PlanarLaw:
     """Return the law u = u_ref(t) - K (joint position - its reference) - D (joint rate - its reference), within limits.
 
-    A joint position is the angle or length on which an actuator does work; its errors are linearised at the state.
-    With zero gains the law is :func:`planar_feedforward`.
+    A joint position is the angle or length on which an actuator does work; its error is linearised about the current
+    state.  With zero gains the law is :func:`planar_feedforward`.
 
     Parameters
     ----------

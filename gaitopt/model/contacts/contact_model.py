@@ -56,5 +56,8 @@ class ContactModel:
         """
         candidates = [transition for transition in self.transitions if transition.joins(mode, following)]
         if not candidates:
-            raise InputError(f"The contact model has no transition from {mode.value!r} to {following.value!r}.")
+            raise InputError(
+                f"The contact model has no transition from {mode.value!r} to {following.value!r}; choose another "
+                "contact sequence, or add the transition to the model."
+            )
         return next((one for one in candidates if one.following(mode) is following), candidates[0])

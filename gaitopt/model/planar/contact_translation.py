@@ -46,6 +46,6 @@ def _describe(robot: str, contact: str, direction: int, moved: float) -> str:
     what = ("slide coordinate", "gap")[direction]
     return (
         f"Robot {robot!r}: contact {contact!r} does not move with the bodies: if all of them are "
-        f"{DIRECTIONS[direction]} by 1 m, its {what} changes by {moved:.3g} m. State its position in the same frame as "
-        "the positions of the bodies, with y pointing away from the ground."
+        f"{DIRECTIONS[direction]} by 1 m, its {what} changes by {moved:.3g} m. Define its position in the same "
+        "frame as the positions of the bodies, with y pointing away from the ground."
     )

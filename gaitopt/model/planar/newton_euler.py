@@ -47,7 +47,7 @@ class Balance(NamedTuple):
 
     Attributes
     ----------
-    inertia, fall : SX, shape (n_b, 1)
+    inertia, gravity_accelerations : SX, shape (n_b, 1)
         Inertia and acceleration of gravity of the positions of the bodies.
     resistance : SX, shape (n_q, 1)
         Generalised forces against springs and dampers.
@@ -56,7 +56,7 @@ class Balance(NamedTuple):
     """
 
     inertia: ca.SX
-    fall: ca.SX
+    gravity_accelerations: ca.SX
     resistance: ca.SX
     angles: ca.SX
 
@@ -78,7 +78,7 @@ def derive_newton_euler(sums: JointSums, balance: Balance, symbols: tuple[ca.SX,
     parts = ca.vec(forces), joints
     residual, contacts = _sweep(sums, balance, (q, v, a), parts)
     residual[: q.numel()] += balance.resistance - ca.jtimes(balance.angles, q, u, True)
-    still = balance._replace(fall=ca.SX.zeros(*balance.fall.shape))
+    still = balance._replace(gravity_accelerations=ca.SX.zeros(*balance.gravity_accelerations.shape))
     jump, _ = _sweep(sums, still, (q, ca.SX.zeros(*v.shape), a), parts)
     motion = [residual, ca.reshape(contacts, 2, n_c)]
     return NewtonEuler(
@@ -99,7 +99,7 @@ def _sweep(
     rates = ca.jtimes(positions, q, rate)  # of the parts that depend on q directly
     second = ca.jtimes(rates, ca.vertcat(q, rate), ca.vertcat(v, a)) + ca.jtimes(positions, s, sigma)
     second = ca.substitute(second, rate, v)
-    bodies = balance.inertia * (second[n_j : n_j + n_b] - balance.fall)
+    bodies = balance.inertia * (second[n_j : n_j + n_b] - balance.gravity_accelerations)
     back = ca.jtimes(positions, ca.vertcat(q, s), ca.vertcat(transmitted, bodies, -forces), True)
     residual = ca.vertcat(back[:n], second[:n_j] - sigma, back[n:] - transmitted)
     return residual, second[n_j + n_b :]

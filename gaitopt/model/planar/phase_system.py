@@ -30,7 +30,7 @@ class GuardKind(NamedTuple):
     name : str
         ``closes`` (gap), ``opens`` (normal force), ``slips+`` and ``slips-`` (distance to the edges of the friction
         cone), ``rests`` (slip speed), ``extends`` (switched spring), ``crosses-`` and ``crosses+`` (distance to the
-        begin and the end of the piece of the terrain).
+        beginning and the end of the piece of the terrain).
     number : int
         Number of the contact or of the switch.
 

@@ -126,7 +126,9 @@ def _check_gaps(name: str, contacts: Mapping[str, AnyContact], q: ca.SX) -> None
     """Raise InputError if the gap of a contact depends on no coordinate."""
     for label, part in contacts.items():
         if not ca.depends_on(ca.SX(part.gap), q):
-            raise InputError(f"Robot {name!r}: gap of contact {label!r} depends on no coordinate, so it never closes.")
+            raise InputError(
+                f"Robot {name!r}: gap of contact {label!r} depends on no coordinate; remove or correct it."
+            )
 
 
 def _motion(inputs: dict[str, ca.SX], parts: Mechanics, actuators: Mapping[str, ca.SX]) -> dict[str, Any]:
@@ -155,7 +157,7 @@ def _newton_euler(
         outputs = ca.vertcat(mechanics.entries, *places)
         sums = find_joints(outputs) if lifted else JointSums(ca.SX(0, 1), ca.SX(0, 1), ca.densify(outputs))
         angles = ca.vertcat(ca.SX(0, 1), *actuators.values())
-        balance = Balance(mechanics.inertia, mechanics.fall, mechanics.resistance, angles)
+        balance = Balance(mechanics.inertia, mechanics.gravity_accelerations, mechanics.resistance, angles)
         return derive_newton_euler(sums, balance, (inputs["q"], inputs["v"], inputs["p"]))
 
     return {name: Deferred(functools.partial(build, lifted=name == "lifted")) for name in ("recursive", "lifted")}

@@ -156,7 +156,7 @@ def _describe_misfit(robot: PlanarRobot, q: Vector, p: Vector) -> str:
     gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, robot.mirror.coordinates @ q))
     wrong = np.abs(mirrored - gaps[list(robot.mirror.contacts)]) > DIFFERENCED
     names = [repr(name) for name, is_wrong in zip(robot.contact_names, wrong, strict=True) if is_wrong]
-    return f" It does not fit {', '.join(names)}." if names else ""
+    return f" Contacts with a wrong partner: {', '.join(names)}." if names else ""
 
 
 def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
@@ -176,16 +176,18 @@ def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, .
             f"{name} the change of energy differs from the work of the forces by {energy:.3g} (relative error)."
         )
     if not contacts < DIFFERENCED:
-        faults.append(f"{name} the derivatives of gaps or slide coordinates are wrong by {contacts:.3g}.")
+        faults.append(
+            f"{name} the derivatives of gaps or slide coordinates are wrong by {contacts:.3g} (relative error)."
+        )
     if not travel < EXACT:
         faults.append(
-            f"{name} the motion depends on the position along the ground (change by {travel:.3g}); choose the "
+            f"{name} the motion depends on the position along the ground (relative change {travel:.3g}); choose the "
             "coordinate `travel` that moves the whole robot forward, or None."
         )
     if not mirror < EXACT:
         faults.append(
-            f"{name} the mirror changes mass matrix, forces, gaps or actuation by {mirror:.3g}; name every coordinate, "
-            f"contact and actuator whose place or sign is exchanged.{misfit}"
+            f"{name} the mirror changes mass matrix, forces, gaps or actuation (relative change {mirror:.3g}); name "
+            f"every coordinate, contact and actuator whose place or sign is exchanged.{misfit}"
         )
     return tuple(faults)
 
@@ -257,14 +259,14 @@ def _travel_error(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> float:
     if robot.travel is None:
         return 0.0
     moved = q + np.eye(robot.n_q)[robot.coordinates.index(robot.travel)]
-    here, there = (
+    original, displaced = (
         [*_evaluate(robot.dynamics, place, v, p), *_evaluate(robot.rows, place, v, p)] for place in (q, moved)
     )
     gaps = [_evaluate(robot.gaps, place, p) for place in (q, moved)]
     slides = np.array([float(contact.slides) for contact in robot.contacts])
-    here += [gaps[0][0], gaps[0][1].ravel() + slides]
-    there += [gaps[1][0], gaps[1][1].ravel()]
-    return _difference(here, there)
+    original += [gaps[0][0], gaps[0][1].ravel() + slides]
+    displaced += [gaps[1][0], gaps[1][1].ravel()]
+    return _difference(original, displaced)
 
 
 def _mirror_error(robot: PlanarRobot, mirror: Mirror | None, q: Vector, v: Vector, p: Vector) -> float:

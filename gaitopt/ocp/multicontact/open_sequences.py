@@ -49,7 +49,7 @@ def close_sequence(sequence: PhaseSequence, robot: PlanarRobot) -> tuple[PhaseSe
     if len(closed) > MOST_SEQUENCES:
         raise SequenceError(
             f"The open sequence '{sequence}' matches {len(closed)} contact sequences of {robot.name!r}, more than "
-            f"{MOST_SEQUENCES}: state more modes, or name the sequences to search(problem, sequences=[...])."
+            f"{MOST_SEQUENCES}: specify more modes, or list the sequences in search(problem, sequences=[...])."
         )
     return tuple(closed)
 

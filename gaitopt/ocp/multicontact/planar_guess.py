@@ -115,7 +115,7 @@ def typical_phase_durations(setting: PlanarSetting) -> Array:
 @check_arguments
 @frozen
 class PoseGuess(PlanarGuess):
-    """A straight line from the pose after one period's end to the next one.
+    """A straight line from a pose at the beginning of the period to one at its end.
 
     The poses have the closed contacts on the ground and are nearest to the reference pose: the middle of the bounds of
     each coordinate, or zero.

@@ -253,7 +253,10 @@ class PlanarProblem:
     def _check_robot(self) -> None:
         robot = self.robot
         if robot.n_u == 0:
-            raise InputError(f"Robot {robot.name!r} has no actuators; an optimal gait requires at least one.")
+            raise InputError(
+                f"Robot {robot.name!r} has no actuators; an optimal gait requires at least one. "
+                "Use a PlanarWalkProblem for passive gaits."
+            )
         if robot.switches:
             raise InputError(
                 f"Robot {robot.name!r} has switched springs, which an optimal gait cannot contain; replace them by "

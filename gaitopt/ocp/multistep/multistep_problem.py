@@ -80,7 +80,7 @@ class MultiStepProblem:
         set_ = object.__setattr__
         set_(self, "steps", tuple(self.steps))
         if not self.steps or not all(isinstance(step, GaitProblem) for step in self.steps):
-            raise InputError("steps must be at least one GaitProblem(...).")
+            raise InputError("steps must contain at least one GaitProblem(...).")
         first = self.steps[0]
         set_(self, "robot", first.robot if check_terrain(self.terrain) is None else adapt_to_uneven_ground(first.robot))
         for number, step in enumerate(self.steps):

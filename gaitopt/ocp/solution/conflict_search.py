@@ -1,4 +1,4 @@
-"""Search of the limits that conflict in an infeasible problem, among those that its elastic form relaxes."""
+"""Search for the limits that conflict in an infeasible problem, among those that its elastic form relaxes."""
 
 import math
 from collections.abc import Sequence

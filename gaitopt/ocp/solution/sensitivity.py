@@ -1,4 +1,4 @@
-"""Derivatives of the optimal cost with respect to the numbers of a problem, from the multipliers of its solution."""
+"""Derivatives of the optimal cost with respect to the data of a problem, from the multipliers of its solution."""
 
 import functools
 import math
@@ -28,7 +28,7 @@ NEGLIGIBLE = 1e-7
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a problem that can be changed.
+    """A parameter, target, limit or margin of a problem, and how it is changed.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Number:
 def cost_sensitivities(
     problem: GaitProblem, transcription: Transcription, x: Array, multipliers: tuple[Array, Array], data: Array
 ) -> tuple[Sensitivity, ...]:
-    """Return the derivative of the optimal objective with respect to every number that affects it.
+    """Return the derivative of the optimal objective with respect to each number of a problem that affects it.
 
     It is the derivative of the Lagrangian at the solution (envelope theorem: Nocedal & Wright, Numerical Optimization,
     section 12.8), as long as the active constraints stay the same.

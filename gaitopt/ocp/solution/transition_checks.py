@@ -46,8 +46,8 @@ def _starts_from_rest(phase: Phase) -> bool:
 def _report_impact(robot: Robot, jump: Jump, p: np.ndarray) -> tuple[str, ...]:
     impact = solve_impact(robot, jump.q, jump.v_minus, p)
     if impact.mode is not jump.mode:
-        outcome = "no consistent outcome" if impact.mode is None else f"the outcome {impact.mode.value}"
-        return (f"the impact has {outcome} instead of {jump.mode.value}: use a larger Margins.impact_cone.",)
+        outcome = "has no consistent outcome" if impact.mode is None else f"ends in {impact.mode.value}"
+        return (f"the impact {outcome}, but {jump.mode.value} is planned: use a larger Margins.impact_cone.",)
     if not impact.separation >= 0:
         return ("the trailing foot does not separate at the impact: use a larger Margins.separation.",)
     return ()

@@ -182,7 +182,7 @@ class Keyframes(Guess):
 @check_arguments
 @frozen
 class RandomPerturbation(Guess):
-    """The linear guess with random waves added to the angles, a start for the search of other optima.
+    """The linear guess with random waves added to the angles, a start for the search for other optima.
 
     Attributes
     ----------

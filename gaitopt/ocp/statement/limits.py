@@ -41,7 +41,7 @@ class Limits:
         Longest duration of the step.
     clearance : float or None [m]
         Least height of the swing foot over the ground at the stance foot.  At the distance x from the stance foot the
-        least height is clearance (1 - (x / d)^2)^2, which is zero in the footprints, d being the distance between the
+        least height is clearance (1 - (x / d)^2)^2, which is zero at the footprints, d being the distance between the
         feet at touchdown.  0 excludes penetration of the ground; None removes the constraint, as walkers without knees
         need: their swing foot scuffs.  At most 10 m.
 

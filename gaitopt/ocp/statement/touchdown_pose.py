@@ -30,7 +30,8 @@ MOST_ANGLES = 7
 def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]]) -> float:
     """Return the largest step [m] with angles within their bounds [rad]: the distance between the feet.
 
-    Of round feet it is the distance of their slide coordinates, by which a step without slip moves the walker forward.
+    For round feet it is the distance between their slide coordinates, by which a step without slip moves the walker
+    forward.
     """
     return _reach(robot, tuple(robot.vector(values)), tuple(limits))
 
@@ -61,7 +62,10 @@ def _sample_distances(
     landing, still = FastCall(robot.landing, p), np.zeros(robot.n_q)
     distances = np.array([landing(q, still)[0][0] for q in full_coordinates(points.T).T])
     if not np.any(np.isfinite(distances)):
-        raise InputError(f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle.")
+        raise InputError(
+            f"Robot {robot.name!r}: the position of the landing foot is not finite within Limits.angle; correct the "
+            "robot or its parameters."
+        )
     return points, np.where(np.isfinite(distances), distances, np.nan)
 
 
@@ -133,7 +137,9 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
     """
     angles = _pose(robot, tuple(robot.vector(values)), step)
     if angles is None:
-        raise InputError(f"Robot {robot.name!r} has no touchdown pose with a step of {step:g} m.")
+        raise InputError(
+            f"Robot {robot.name!r} has no touchdown pose with a step length of {step:g} m; choose another step length."
+        )
     return np.array(angles)
 
 

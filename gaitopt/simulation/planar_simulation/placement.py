@@ -75,8 +75,9 @@ def place_planar(
     errors = [*_gaps(robot, q, p, terrain)[closed], *(rows @ v)]
     if np.max(np.abs(errors), initial=0.0) > 1e-9:
         raise InputError(
-            f"Robot {robot.name!r} does not stand on {', '.join(on)} with coordinates {dict(coordinates)} and rates "
-            f"{dict(rates)}: gaps [m] or velocities [m/s] of these contacts remain, up to {np.max(np.abs(errors)):.3g}."
+            f"Robot {robot.name!r} does not stand on {', '.join(on)} with coordinates {dict(coordinates)} and "
+            f"rates {dict(rates)}: gaps [m] or velocities [m/s] of these contacts remain, up to "
+            f"{np.max(np.abs(errors)):.3g}. Change or omit some of these values."
         )
     return q, v
 

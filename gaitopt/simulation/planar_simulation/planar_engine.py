@@ -79,7 +79,7 @@ class PlanarEngine(Protocol):
         """Return the state at a time within the last step, to the accuracy of the integrator."""
 
     def derivative(self, phase: PlanarPhase, span: tuple[float, float], y: Array) -> Array:
-        """Return d (q, v, latched) at the end of a time span / d (q, v, latched) at its begin, at fixed times.
+        """Return d (q, v, latched) at the end of a time span / d (q, v, latched) at its beginning, at fixed times.
 
         Entries are nan if the integration fails.
         """

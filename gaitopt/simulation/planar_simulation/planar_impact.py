@@ -61,13 +61,17 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
         if contact.falls or (armed[i] <= 0 and abs(speed) > SEPARATION):
             continue
         if gap < -GAP_TOLERANCE and armed[i] > 0:
-            place = "rad or m beyond its limit" if contact.kind == "stop" else "m below the ground"
-            raise InputError(f"Contact {contact.name!r} is {-gap:.6g} {place} in this state.")
+            place = f"{contact.unit} beyond its limit" if contact.kind == "stop" else "m below the ground"
+            raise InputError(
+                f"Contact {contact.name!r} is {-gap:.6g} {place} in this state; its gap must be at least 0."
+            )
         if abs(gap) <= GAP_TOLERANCE and speed <= SEPARATION:
             touching.append(i)
     if not touching:
         gaps = ", ".join(f"{c.name} {g:.3g}" for c, g in zip(robot.contacts, kinematics.gap, strict=True))
-        raise InputError(f"No contact is closed or closing in this state; gaps [m]: {gaps}.")
+        raise InputError(
+            f"No contact is closed or closing (zero gap, not separating) in this state; gaps [m or rad]: {gaps}."
+        )
     latched = frozenset(
         i for i in touching if robot.contacts[i].latched and abs(kinematics.normal_speed[i]) <= SEPARATION
     )

@@ -2,8 +2,8 @@
 
 Only the symbolic equations of the robot are shared with the simulator: mass matrix, bias and actuation, gaps and their
 Jacobians.  Contact forces, contact modes, event location, impacts and the effect of the planned impulses of actuators
-are computed here.  Closed contacts of one body
-have a common tangential force and slip direction.  Joint stops, latches and switched springs are not supported.
+are computed here.  Closed contacts of one body have a common tangential force and slip direction.  Joint stops, latches
+and switched springs are not supported.
 """
 
 from dataclasses import replace

@@ -98,7 +98,7 @@ class GaitLibrary:
         )
         if not np.all(np.isfinite(durations)):
             place = ", ".join(f"{name} {value:g}" for name, value in coordinates.items())
-            raise InputError(f"The library has no gait at a grid point beside {place}.")
+            raise InputError(f"The library has no gait at a grid point beside {place}; choose another place.")
         n_q, phases, begin = self.robot.n_q, [], 0.0
         for mode, duration, rows in zip(self.modes, durations, samples, strict=True):
             time = begin + duration * np.linspace(0.0, 1.0, rows.shape[1])
@@ -111,7 +111,7 @@ class GaitLibrary:
         return make_kinematic_motion(self.robot, named, phases, impact=ContactSequence.parse(self.sequence).impact)
 
     def midpoints(self) -> Iterator[dict[str, float]]:
-        """Yield the middle of every cell of the grid whose corners all have a gait."""
+        """Yield the midpoint of every cell of the grid whose corners all have a gait."""
         present = np.asarray(np.isfinite(self.durations).all(axis=-1))
         cells = [range(max(size - 1, 1)) for size in self.shape]
         for cell in itertools.product(*cells):
@@ -173,7 +173,9 @@ def load_library(path: str | Path, sequence: str | None = None) -> GaitLibrary:
     table = load_sweep(path)
     sequences = [str(name) for name in table.sequence.values]
     if sequence is None and len(sequences) > 1:
-        raise InputError(f"The sweep in {path} has several sequences; state one of {', '.join(map(repr, sequences))}.")
+        raise InputError(
+            f"The sweep in {path} has several sequences; specify one of {', '.join(map(repr, sequences))}."
+        )
     chosen = sequences[0] if sequence is None else sequence
     if chosen not in sequences:
         raise InputError(f"The sweep in {path} has no contact sequence {chosen!r}. {suggest(chosen, sequences)}")

@@ -1,4 +1,4 @@
-"""measure_library: errors of an interpolated library at the middles of its cells."""
+"""measure_library: errors of an interpolated library at the midpoints of its cells."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ LawMaker = Callable[[Robot, Motion], Law]
 
 @dataclass(frozen=True, kw_only=True)
 class CellError:
-    """Errors of a library in the middle of a cell.
+    """Errors of a library at the midpoint of a cell.
 
     Attributes
     ----------
@@ -57,10 +57,10 @@ class CellError:
 
 @dataclass(frozen=True)
 class LibraryErrors:
-    """Errors of a library in the middles of its cells.
+    """Errors of a library at the midpoints of its cells.
 
-    A linear interpolation of a smooth function has its largest error in the middle of a cell, to leading order in the
-    size of the cell.  The largest errors of the middles are therefore estimates of the bounds over the grid.
+    A linear interpolation of a smooth function has its largest error at the midpoint of a cell, to leading order in the
+    size of the cell.  The largest errors at the midpoints are therefore estimates of the bounds over the grid.
 
     Attributes
     ----------
@@ -112,13 +112,13 @@ class LibraryErrors:
 def measure_library(
     library: GaitLibrary, *, problem: GaitProblem | None = None, law: LawMaker = feedforward
 ) -> LibraryErrors:
-    """Simulate the interpolated step in the middle of every cell, and compare it with the optimal gait there.
+    """Simulate the interpolated step at the midpoint of every cell, and compare it with the optimal gait there.
 
     Parameters
     ----------
     library : GaitLibrary
     problem : GaitProblem, optional
-        Problem of the sweep.  It is solved in every middle, from the interpolated step; without it, steps are only
+        Problem of the sweep.  It is solved at every midpoint, from the interpolated step; without it, steps are only
         simulated.
     law : callable
         (robot, motion) -> Law under which steps are simulated; the torques of the library by default.

@@ -70,7 +70,7 @@ class FrontSolves(ABC):
 
 
 class _SingleFootSolves(FrontSolves):
-    """Of robots with one foot on the ground at a time."""
+    """Solves and replays for robots with one foot on the ground at a time."""
 
     def check(self, problem: GaitProblem) -> None:
         require_valid_step(problem.robot)
@@ -100,7 +100,7 @@ class _SingleFootSolves(FrontSolves):
 
 
 class _PlanarSolves(FrontSolves):
-    """Of planar robots with any contacts."""
+    """Solves and replays for planar robots with any contacts."""
 
     def check(self, problem: PlanarProblem) -> None:
         require_planar(problem.robot, problem.parameters)

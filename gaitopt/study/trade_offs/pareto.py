@@ -45,7 +45,7 @@ def _check_objectives(options: "Pareto", attribute: Any, names: tuple[str, ...])
         bounded = ", ".join(name for name, quantity in QUANTITIES.items() if quantity.extreme)
         raise InputError(
             f"{' and '.join(names[1:])} cannot span a front: add a quantity that can be bounded, one "
-            f"of {bounded}, or state bounds for spectral_radius."
+            f"of {bounded}, or set bounds for spectral_radius."
         )
 
 
@@ -65,9 +65,8 @@ class Pareto:
     """A trade-off between the cost of a problem and other quantities of its gaits.
 
     The front is computed by the epsilon-constraint method: the cost is minimised at each of several bounds on every
-    quantity.  Chains of
-    warm starts lead from the gait of lowest cost to the tightest bounds and back.  All points have the same grid: that
-    of the problem, or 40 intervals of a sticking phase if it states none.
+    quantity.  Chains of warm starts lead from the gait of lowest cost to the tightest bounds and back.  All points have
+    the same grid: that of the problem, or 40 intervals of a sticking phase if it states none.
 
     Attributes
     ----------
