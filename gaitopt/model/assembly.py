@@ -164,6 +164,8 @@ def assemble(
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
+    foot = contact.coordinates
+    jacobian = ca.jacobian(foot, q)
     index = {point: i for i, point in enumerate(drawing.points)}
     stance = drawing.stance or PointContact(coordinates.foot)
     return Robot(
@@ -175,8 +177,8 @@ def assemble(
         points=tuple(drawing.points),
         links=tuple((index[a], index[b]) for a, b in drawing.lines),
         **_motion(coordinates, mechanics, joint),
-        **_landing(coordinates, mechanics, contact.coordinates),
-        **_step(coordinates, contact.coordinates, _exchange_matrix(relabel, q, name), relabel),
+        **_landing(coordinates, mechanics, foot, jacobian),
+        **_step(coordinates, foot, jacobian, _exchange_matrix(relabel, q, name), relabel),
         touchdown=_later(
             "touchdown",
             qvp,
@@ -269,11 +271,10 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
     }
 
 
-def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX) -> dict[str, Any]:
-    """Return the Functions of the landing foot and its impact."""
+def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX, jacobian: ca.SX) -> dict[str, Any]:
+    """Return the Functions of the landing foot, with its Jacobian, and its impact."""
     q, v, p, qvp = coordinates.q, coordinates.v, coordinates.p, _inputs(coordinates)[1]
     w, impulse = ca.SX.sym("w", q.numel()), ca.SX.sym("impulse", 2)
-    jacobian = ca.jacobian(foot, q)
     impact = {"q": q, "v_minus": v, "v_plus": w, "impulse": impulse, "p": p}
 
     def collision() -> dict[str, ca.SX]:
@@ -291,10 +292,11 @@ def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX) -> dic
     }
 
 
-def _step(coordinates: Coordinates, foot: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]) -> dict[str, Any]:
+def _step(
+    coordinates: Coordinates, foot: ca.SX, jacobian: ca.SX, permutation: ca.DM, relabel: Sequence[ca.SX]
+) -> dict[str, Any]:
     """Return the Functions that map a state to the coordinates of the next step, and its rates back."""
     q, v, p, w = coordinates.q, coordinates.v, coordinates.p, ca.SX.sym("w", coordinates.q.numel())
-    jacobian = ca.jacobian(foot, q)
 
     def after() -> dict[str, ca.SX]:
         return {"q_next": ca.vertcat(foot, *relabel), "v_next": ca.vertcat(jacobian @ v, permutation @ v[2:])}

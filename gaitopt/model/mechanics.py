@@ -88,9 +88,14 @@ class RigidLink:
 
 def _refuse_negative(body: "Body", name: str, unit: str) -> None:
     """Raise InputError if a number of a body is negative; an expression of parameters is not checked."""
-    value = ca.SX(getattr(body, name))
+    value = _as_expression(getattr(body, name))
     if value.is_scalar() and value.is_constant() and float(value) < 0:
         raise InputError(f"{type(body).__name__}: {name} must not be negative [{unit}], got {float(value):g}.")
+
+
+def _as_expression(value: ca.SX | float) -> ca.SX:
+    """Return an expression; one is not copied, to save time."""
+    return value if isinstance(value, ca.SX) else ca.SX(value)
 
 
 Body = PointMass | RigidLink
@@ -132,8 +137,8 @@ class Mechanics:
         self._bodies, self._q, self._v, self._gravity, self._forces = tuple(bodies), q, v, gravity, tuple(forces)
         links = [body for body in bodies if isinstance(body, RigidLink)]
         rotors = [force for force in forces if isinstance(force, RotorInertia)]
-        self._places = ca.vertcat(ca.SX(0, 1), *(body.position for body in bodies))
-        self.entries = ca.vertcat(self._places, *(part.angle for part in links), *(part.coordinate for part in rotors))
+        coordinates = [*(body.position for body in bodies), *(part.angle for part in links)]
+        self.entries = ca.vertcat(ca.SX(0, 1), *coordinates, *(part.coordinate for part in rotors))
         masses = [mass for body in bodies for mass in (body.mass, body.mass)]
         reflected = [rotor.reflected for rotor in rotors]
         self.inertia = ca.vertcat(ca.SX(0, 1), *masses, *(link.inertia for link in links), *reflected)
@@ -187,7 +192,7 @@ class Mechanics:
     @cached_property
     def momentum(self) -> ca.SX:
         """Linear momentum, summed over the bodies, independent of the mass matrix, shape (2, 1) [kg m/s]."""
-        return ca.sum2(ca.reshape((self.inertia * self._rates)[: self._places.numel()], 2, -1))
+        return ca.sum2(ca.reshape((self.inertia * self._rates)[: 2 * len(self._bodies)], 2, -1))
 
     @cached_property
     def angular_momentum(self) -> ca.SX:
@@ -200,13 +205,13 @@ class Mechanics:
 
     def _moment(self, momenta: ca.SX, number: int) -> ca.SX:
         """Return the moment of a body's linear momentum about the origin."""
-        x, y = self._places[2 * number], self._places[2 * number + 1]
+        x, y = self.entries[2 * number], self.entries[2 * number + 1]
         return y * momenta[2 * number] - x * momenta[2 * number + 1]
 
     @cached_property
     def total_mass(self) -> ca.SX:
         """Total mass [kg]."""
-        return sum((ca.SX(body.mass) for body in self._bodies), ca.SX(0))
+        return sum((_as_expression(body.mass) for body in self._bodies[1:]), _as_expression(self._bodies[0].mass))
 
     @cached_property
     def elastic(self) -> ca.SX:

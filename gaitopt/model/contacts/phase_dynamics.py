@@ -104,14 +104,14 @@ class PhaseDynamics:
     def _balance(self) -> ca.Function:
         """The Function :meth:`balance`, built once for all points of a phase."""
         state, acceleration = ca.SX.sym("state", self.n_x), ca.SX.sym("acceleration", self.n_a)
-        torque, p = ca.SX.sym("torque", self.robot.n_u), ca.SX.sym("p", len(self.robot.parameters))
+        torque, (p, weight) = ca.SX.sym("torque", self.robot.n_u), self._weight
         excess = self._inverse_dynamics(state, acceleration, torque, p)
         force, residual = excess[CONTACT], excess[ANGLES]
         if self.mode.slips:
             friction = -self.mode.sign * self.friction(p) * force[1]
             residual = ca.vertcat(residual, force[0] - friction)
             force = ca.vertcat(friction, force[1])
-        return ca.Function("balance", [state, acceleration, torque, p], ca.cse([residual / self.weight(p), force]))
+        return ca.Function("balance", [state, acceleration, torque, p], ca.cse([residual / weight, force]))
 
     def sample_accelerations(self, states: np.ndarray, torques: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the accelerations of `moving` in numeric states, (n_a, K); nan if a mass matrix is singular.
@@ -192,6 +192,12 @@ class PhaseDynamics:
         values = [ca.densify(part) for part in (*self.full(state), self.full_acceleration(acceleration))]
         return ca.substitute([rates], [q, v, accelerations], values)[0]
 
+    @cached_property
+    def _weight(self) -> tuple[ca.SX, ca.SX]:
+        """Symbols of the parameters, and the total weight as an expression of them."""
+        p = ca.SX.sym("p", len(self.robot.parameters))
+        return p, self.weight(p)
+
     def weight(self, p: ca.SX) -> ca.SX:
         """Return total weight m g [N]."""
         return self.robot.weight(p)
@@ -262,8 +268,8 @@ class PhaseDynamics:
     @cached_property
     def _path(self) -> ca.Function:
         """The Function of the values of :meth:`path`, built once for all points of a phase."""
-        force, p, margin = ca.SX.sym("force", 2), ca.SX.sym("p", len(self.robot.parameters)), ca.SX.sym("margin")
-        tangential, normal = ca.vertsplit(force / self.weight(p))
+        force, margin, (p, weight) = ca.SX.sym("force", 2), ca.SX.sym("margin"), self._weight
+        tangential, normal = ca.vertsplit(force / weight)
         scaled = tangential / ((1 - margin) * self.robot.static_friction(p))
         values = normal if self.mode.slips else ca.vertcat(normal - scaled, normal + scaled)
         return ca.Function("path", [force, p, margin], [values])

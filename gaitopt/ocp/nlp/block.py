@@ -135,9 +135,9 @@ class BlockFunctions:
     def cost(self) -> ca.Function:
         """Function that returns cost, penalty and the gradient of their sum."""
         parts = [ca.SX(0) if part is None else part for part in (self._block.cost, self._block.penalty)]
-        gradient = ca.gradient(self._block.minimised, self._all)
+        gradient, count = ca.gradient(self._block.minimised, self._all), self._block.variables.numel()
         if self.has_intermediates:
-            gradient = self._chain.T @ gradient
+            gradient = self._chain.T @ gradient if gradient[count:].nnz() else gradient[:count]
         return ca.Function("cost", self._inputs, [*parts, ca.densify(gradient)])
 
     @cached_property

@@ -18,7 +18,7 @@ import numpy as np
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
-from gaitopt.ocp.nlp.nlp import Nlp, make_derivatives
+from gaitopt.ocp.nlp.nlp import Derivatives, Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -194,7 +194,7 @@ def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
     on_rows = multipliers[:m] + ca.mtimes(selection[:, :m].T, multipliers[m:])
     curvature = nlp.derivatives["hess_lag"](inner, data, 0, on_rows)
     hessian = ca.diagcat(curvature + weight * PROXIMAL * ca.diag(inverse * inverse), ca.MX(n_limits, n_limits))
-    derivatives = make_derivatives((x, z, weight, multipliers), (f, gradient), (g_all, jac_all), hessian)
+    derivatives = Derivatives((x, z, weight, multipliers), (f, gradient), (g_all, jac_all), hessian)
     return Nlp(
         functions={"x": x, "p": z, "f": f, "g": g_all},
         derivatives=derivatives,

@@ -15,7 +15,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.ocp.nlp.nlp import Nlp, make_derivatives
+from gaitopt.ocp.nlp.nlp import Derivatives, Nlp
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
 
 SHARE_OF_SUM = 1e-4
@@ -160,7 +160,7 @@ class _JointAssembly:
         g, jacobian = self.constraints.vector(m), self.jacobian.matrix((m, n))
         hessian = self.hessian.matrix((n, n))
         inputs = x, z, self.lam_f, self.lam_g
-        derivatives = make_derivatives(inputs, (self.cost, self.gradient), (g, jacobian), hessian)
+        derivatives = Derivatives(inputs, (self.cost, self.gradient), (g, jacobian), hessian)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,

@@ -8,17 +8,66 @@ over its instances and scattered into the sparse derivatives of the whole.  The 
 small functions and not on the number of intervals; its evaluation is as fast as that of a fully expanded problem.
 """
 
-from collections.abc import Sequence
+import functools
+import operator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred, LazyField
-from gaitopt.locks import cached_property
+from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
+
+
+class Derivatives(Mapping[str, ca.Function]):
+    """The derivatives of an NLP as the Functions that its solvers accept, each built at its first use.
+
+    Attributes
+    ----------
+    inputs : (x, z, lam_f, lam_g)
+        Unknowns, data, and the multipliers of the objective and of the constraints.
+    minimised : (f, gradient)
+    constraints : (g, jacobian)
+    hessian : MX
+        Upper triangle of the Hessian of the Lagrangian.
+    """
+
+    def __init__(
+        self,
+        inputs: tuple[ca.MX, ca.MX, ca.MX, ca.MX],
+        minimised: tuple[ca.MX, ca.MX],
+        constraints: tuple[ca.MX, ca.MX],
+        hessian: ca.MX,
+    ) -> None:
+        self.inputs, self.minimised, self.constraints, self.hessian = inputs, minimised, constraints, hessian
+        self._built: dict[str, ca.Function] = {}
+
+    def __getitem__(self, name: str) -> ca.Function:
+        with ONE_AT_A_TIME:
+            if name not in self._built:
+                self._built[name] = self._build(name)
+            return self._built[name]
+
+    def _build(self, name: str) -> ca.Function:
+        both, names = list(self.inputs[:2]), ["x", "p"]
+        if name == "grad_f":
+            return ca.Function("nlp_grad_f", both, list(self.minimised), names, ["f", "grad:f:x"])
+        if name == "jac_g":
+            return ca.Function("nlp_jac_g", both, list(self.constraints), names, ["g", "jac:g:x"])
+        if name == "hess_lag":
+            names += ["lam:f", "lam:g"]
+            return ca.Function("nlp_hess_l", list(self.inputs), [self.hessian], names, ["triu:hess:gamma:x:x"])
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(("grad_f", "jac_g", "hess_lag"))
+
+    def __len__(self) -> int:
+        return 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -29,7 +78,7 @@ class Nlp:
     ----------
     functions : dict
         ``x``, ``p``, ``f``, ``g`` expressions.
-    derivatives : dict
+    derivatives : Derivatives
         ``grad_f``, ``jac_g``, ``hess_lag`` Functions.
     objective : (x, p) -> scalar
         The objective, without the penalties of a relaxation.
@@ -44,7 +93,7 @@ class Nlp:
     """
 
     functions: LazyField[dict[str, ca.MX]] = LazyField()
-    derivatives: dict[str, ca.Function]
+    derivatives: Derivatives
     objective: LazyField[ca.Function] = LazyField()
     n_variables: int
     n_constraints: int
@@ -63,33 +112,6 @@ class Nlp:
         fixed = {**self.derivatives, "no_nlp_grad": True, "calc_lam_p": False}
         fixed |= {"print_time": False, "show_eval_warnings": False}
         return ca.nlpsol(name, plugin, self.functions, {**fixed, **options})
-
-
-def make_derivatives(
-    inputs: tuple[ca.MX, ca.MX, ca.MX, ca.MX],
-    minimised: tuple[ca.MX, ca.MX],
-    constraints: tuple[ca.MX, ca.MX],
-    hessian: ca.MX,
-) -> dict[str, ca.Function]:
-    """Return the derivatives of an NLP as the Functions that its solvers accept.
-
-    Parameters
-    ----------
-    inputs : (x, z, lam_f, lam_g)
-        Unknowns, data, and the multipliers of the objective and of the constraints.
-    minimised : (f, gradient)
-    constraints : (g, jacobian)
-    hessian : MX
-        Upper triangle of the Hessian of the Lagrangian.
-    """
-    both, names = list(inputs[:2]), ["x", "p"]
-    return {
-        "grad_f": ca.Function("nlp_grad_f", both, list(minimised), names, ["f", "grad:f:x"]),
-        "jac_g": ca.Function("nlp_jac_g", both, list(constraints), names, ["g", "jac:g:x"]),
-        "hess_lag": ca.Function(
-            "nlp_hess_l", list(inputs), [hessian], [*names, "lam:f", "lam:g"], ["triu:hess:gamma:x:x"]
-        ),
-    }
 
 
 def assemble_nlp(
@@ -138,36 +160,38 @@ class _Assembly:
         self.x, self.z = ca.MX.sym("x", n_variables), ca.MX.sym("z", n_shared + n_numbers)
         self.shared = self.z[:n_shared]
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
-        self.cost, self.penalty, self.gradient = ca.MX(0), ca.MX(0), ca.MX.zeros(n_variables)
+        self.costs, self.penalties, self.gradients = list[ca.MX](), list[ca.MX](), list[ca.MX]()
         self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
         self._blocks: list[tuple[Block, BlockFunctions, list[ca.MX]]] = []
 
     def add(self, block: Block, functions: BlockFunctions) -> None:
         """Add the instances of a block."""
-        local = [_reshape(self.x[_flat(block.columns)], block.columns.shape)]
+        local, count = [_reshape(self.x[_flat(block.columns)], block.columns.shape)], block.columns.shape[1]
+        shared = _repeat(self.shared, count)
         if block.symbols.numel():
             local.append(ca.DM(block.constants))
         if block.numbers.numel():
             local.append(_reshape(self.z[_flat(block.places)], block.places.shape))
         if functions.has_intermediates:
-            local += _map(functions.definitions, block, [*local, self.shared], (len(local),))
-        local.append(self.shared)
+            local += _map(functions.definitions, count, [*local, shared])
+        local.append(shared)
         self._blocks.append((block, functions, local))
         rows, columns = functions.jacobian_entries
-        values, slopes = _map(functions.jacobian, block, local, (len(local) - 1,))
+        values, slopes = _map(functions.jacobian, count, local)
         self.constraints.add(block.rows, np.zeros_like(block.rows), values)
         self.jacobian.add(block.rows[rows], block.columns[columns], slopes)
         if block.minimised is not None:
-            cost, penalty, gradient = _map(functions.cost, block, local, (len(local) - 1,))
-            self.cost += ca.sum2(cost)
+            cost, penalty, gradient = _map(functions.cost, count, local)
+            self.costs.append(ca.sum2(cost))
             if block.penalty is not None:
-                self.penalty += ca.sum2(penalty)
-            self.gradient += scatter(_flat(block.columns), self.x.numel(), ca.vec(gradient))
+                self.penalties.append(ca.sum2(penalty))
+            self.gradients.append(scatter(_flat(block.columns), self.x.numel(), ca.vec(gradient)))
         self._add_hessian(block, functions, local)
 
     def _add_hessian(self, block: Block, functions: BlockFunctions, local: list[ca.MX]) -> None:
         lam = _reshape(self.lam_g[_flat(block.rows)], block.rows.shape)
-        (values,) = _map(functions.hessian, block, [*local, lam, self.lam_f], (len(local) - 1, len(local) + 1))
+        count = block.columns.shape[1]
+        (values,) = _map(functions.hessian, count, [*local, lam, _repeat(self.lam_f, count)])
         entries = functions.hessian_entries
         rows, columns = (block.columns[part] for part in entries)
         self.hessian.add(np.minimum(rows, columns), np.maximum(rows, columns), values)
@@ -183,12 +207,12 @@ class _Assembly:
         x, z, n, m = self.x, self.z, self.x.numel(), self.lam_g.numel()
         g = self.constraints.vector(m)
         jac, hess = self.jacobian.matrix((m, n)), self.hessian.matrix((n, n))
-        f = self.cost + self.penalty
-        derivatives = make_derivatives((x, z, self.lam_f, self.lam_g), (f, self.gradient), (g, jac), hess)
+        minimised = self._minimised(), ca.densify(_sum(self.gradients, n))  # Ipopt misreads a sparse gradient
+        derivatives = Derivatives((x, z, self.lam_f, self.lam_g), minimised, (g, jac), hess)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,
-            objective=Deferred(lambda: ca.Function("objective", [x, z], [self.cost])),
+            objective=Deferred(lambda: ca.Function("objective", [x, z], [_sum(self.costs)])),
             n_variables=n,
             n_constraints=m,
             typical=typical,
@@ -200,17 +224,28 @@ class _Assembly:
         """Return the expressions of the NLP; the constraints are evaluated without their derivatives."""
         g = Entries()
         for block, functions, local in self._blocks:
-            (values,) = _map(functions.constraints, block, local, (len(local) - 1,))
+            (values,) = _map(functions.constraints, block.columns.shape[1], local)
             g.add(block.rows, np.zeros_like(block.rows), values)
-        return {"x": self.x, "p": self.z, "f": self.cost + self.penalty, "g": g.vector(self.lam_g.numel())}
+        return {"x": self.x, "p": self.z, "f": self._minimised(), "g": g.vector(self.lam_g.numel())}
+
+    def _minimised(self) -> ca.MX:
+        """Return the sum of costs and penalties."""
+        return _sum([*self.costs, *self.penalties])
 
 
-def _map(function: ca.Function, block: Block, arguments: list[ca.MX], shared: tuple[int, ...]) -> list[ca.MX]:
-    """Return the outputs of a Function for all instances of a block, which share some of the arguments."""
-    if block.columns.shape[1] == 1:
-        return list(function.call(arguments))
-    name = f"{block.name}_{function.name()}"
-    return list(function.map(name, "serial", block.columns.shape[1], list(shared), []).call(arguments))
+def _sum(parts: Sequence[ca.MX], size: int = 1) -> ca.MX:
+    """Return the sum of columns; no zeros are added, to save time."""
+    return functools.reduce(operator.add, parts) if parts else ca.MX.zeros(size)
+
+
+def _map(function: ca.Function, count: int, arguments: list[ca.MX]) -> list[ca.MX]:
+    """Return the outputs of a Function for all instances of a block, whose arguments are side by side."""
+    return list((function if count == 1 else function.map(count)).call(arguments))
+
+
+def _repeat(column: ca.MX, count: int) -> ca.MX:
+    """Return a column that the instances of a block share, once for each of them."""
+    return column if count == 1 else ca.repmat(column, 1, count)
 
 
 def _reshape(column: ca.MX, shape: tuple[int, ...]) -> ca.MX:

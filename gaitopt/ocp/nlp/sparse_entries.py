@@ -20,11 +20,11 @@ class Entries:
         """Append entries, in the column-major order of three tables of equal size."""
         self._rows.append(rows.ravel(order="F"))
         self._columns.append(columns.ravel(order="F"))
-        self._values.append(values if values.is_column() else ca.vec(values))
+        self._values.append(values)
 
     def vector(self, size: int) -> ca.MX:
         """Return the dense vector that sums the entries."""
-        return scatter(np.concatenate(self._rows).tolist(), size, ca.vertcat(*self._values))
+        return scatter(np.concatenate(self._rows).tolist(), size, ca.veccat(*self._values))
 
     def matrix(self, shape: tuple[int, int]) -> ca.MX:
         """Return the sparse matrix that sums the entries."""
@@ -32,7 +32,7 @@ class Entries:
         key, position = np.unique(columns * shape[0] + rows, return_inverse=True)  # column-major, as CasADi stores
         first = np.searchsorted(key, shape[0] * np.arange(shape[1] + 1))
         pattern = ca.Sparsity(*shape, first.tolist(), (key % shape[0]).tolist())
-        return ca.MX(pattern, scatter(position.tolist(), len(key), ca.vertcat(*self._values)))
+        return ca.MX(pattern, scatter(position.tolist(), len(key), ca.veccat(*self._values)))
 
 
 def scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:

@@ -314,7 +314,8 @@ class SingleStart:
         outcome = solver.minimise(transcription.nlp, x, data, limits, self.observer, multipliers, barrier, **update)
         data = data if outcome.data is None else outcome.data
         self.iterations += outcome.iterations
-        if outcome.status.ok and not np.all(np.isfinite([*outcome.x, *outcome.g, outcome.objective])):
+        numbers = (outcome.x, outcome.g, outcome.objective)
+        if outcome.status.ok and not all(np.all(np.isfinite(part)) for part in numbers):
             outcome = replace(
                 outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}; the solution contains nan or inf"
             )

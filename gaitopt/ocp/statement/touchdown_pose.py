@@ -39,6 +39,9 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def reaches(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]], step: float) -> bool:
     """Return whether a step [m] is possible with angles within their bounds [rad]; see :func:`find_longest_reach`."""
     p, box = tuple(robot.vector(values)), tuple(limits)
+    pose = _pose_by_newton(robot, p, step)  # which is the start of most guesses
+    if pose is not None and all(lower <= angle <= upper for angle, (lower, upper) in zip(pose, box, strict=True)):
+        return True
     return step <= _sample_reach(robot, p, box) or step <= _reach(robot, p, box)
 
 
@@ -145,32 +148,59 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
-    still, units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
-    landing, touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
-    level = float(height_of_footprints(robot, np.array(p), step, step)) if is_on_uneven_ground(robot) else 0.0
-
-    def evaluate(angles: Array) -> tuple[Array, Array]:
-        """Return the gaps to the pose and their derivatives."""
-        q = full_coordinates(angles)
-        rates = [touchdown(q, unit)[1][0] for unit in units]  # of the guard, for each unit of an angle's rate
-        guard, ((x, y), _, jacobian) = touchdown(q, still)[0][0], landing(q, still)
-        slopes = np.vstack([jacobian.reshape((2, -1), order="F")[:, ANGLES], rates])
-        return np.array([x - step, y - level, guard]), slopes
-
-    start = np.full(len(units), 0.1)
-    gap, slopes = evaluate(start)
-    if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(slopes))):
-        return None
-    angles = start
-    # Newton's method with the smallest change of the angles, since the pose of more than two angles is not unique.
-    for _ in range(MOST_STEPS):
-        change = np.linalg.lstsq(slopes, gap, rcond=1e-10)[0]
-        angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
-        gap, slopes = evaluate(angles)
-        if np.max(np.abs(gap)) <= 1e-14 * max(1.0, step):
-            return tuple(angles.tolist())
+    angles = _pose_by_newton(robot, p, step)
+    gaps = _Gaps(robot, p, step)
+    if angles is not None or not gaps.are_finite(gaps.start):
+        return angles
     import scipy.optimize  # whose import takes longer than a solve
 
     tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
-    fit = scipy.optimize.least_squares(lambda x: evaluate(x)[0], start, lambda x: evaluate(x)[1], **tolerances)
+    fit = scipy.optimize.least_squares(lambda x: gaps(x)[0], gaps.start, lambda x: gaps(x)[1], **tolerances)
     return tuple(fit.x) if np.max(np.abs(fit.fun)) <= 1e-6 else None
+
+
+@functools.lru_cache(maxsize=256)
+def _pose_by_newton(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
+    """Return the angles at touchdown; None if Newton's method does not converge.
+
+    It takes the smallest changes of the angles, since the pose of more than two angles is not unique.
+    """
+    gaps = _Gaps(robot, p, step)
+    angles = gaps.start
+    gap, slopes = gaps(angles)
+    for _ in range(MOST_STEPS):
+        if not (np.all(np.isfinite(gap)) and np.all(np.isfinite(slopes))):
+            return None
+        change = np.linalg.lstsq(slopes, gap, rcond=1e-10)[0]
+        angles = angles - change * min(1.0, LONGEST_CHANGE / max(np.max(np.abs(change)), 1e-300))
+        gap, slopes = gaps(angles)
+        if np.max(np.abs(gap)) <= 1e-14 * max(1.0, step):
+            return tuple(angles.tolist())
+    return None
+
+
+class _Gaps:
+    """Distances of the landing foot and of the touchdown guard from a pose at touchdown, as a function of the angles.
+
+    Attributes
+    ----------
+    start : (n_angles,) array [rad]
+    """
+
+    def __init__(self, robot: Robot, p: tuple[float, ...], step: float) -> None:
+        self._still, self._units = np.zeros(robot.n_q), np.eye(robot.n_q)[ANGLES]
+        self._landing, self._touchdown = FastCall(robot.landing, p), FastCall(robot.touchdown, p)
+        level = float(height_of_footprints(robot, np.array(p), step, step)) if is_on_uneven_ground(robot) else 0.0
+        self._place, self.start = (step, level), np.full(len(self._units), 0.1)
+
+    def __call__(self, angles: Array) -> tuple[Array, Array]:
+        """Return the distances, shape (3,), and their derivatives."""
+        q = full_coordinates(angles)
+        rates = [self._touchdown(q, unit)[1][0] for unit in self._units]  # of the guard, for units of angular rates
+        guard, ((x, y), _, jacobian) = self._touchdown(q, self._still)[0][0], self._landing(q, self._still)
+        slopes = np.vstack([jacobian.reshape((2, -1), order="F")[:, ANGLES], rates])
+        return np.array([x - self._place[0], y - self._place[1], guard]), slopes
+
+    def are_finite(self, angles: Array) -> bool:
+        """Return whether distances and derivatives are finite."""
+        return all(bool(np.all(np.isfinite(part))) for part in self(angles))

@@ -205,7 +205,7 @@ class BlockVariables:
         """Return a symbol for each row of `columns`, shape (n,); a single column is common to all instances."""
         symbol = ca.SX.sym(name, columns.shape[0])
         self._symbols.append(symbol)
-        self._columns.append(np.broadcast_to(columns, (columns.shape[0], self.count)))
+        self._columns.append(columns if columns.shape[1] == self.count else np.repeat(columns, self.count, axis=1))
         return symbol
 
     def add_constant(self, name: str, values: Array) -> ca.SX:

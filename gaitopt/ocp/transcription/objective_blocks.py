@@ -14,7 +14,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Key, Kind, Row, Unknown
 from gaitopt.ocp.statement.instant import Instant, StepBoundary
-from gaitopt.ocp.statement.objective import Objective, is_linear_in_power
+from gaitopt.ocp.statement.objective import Objective, is_linear_in_power, overrides
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.scheme import Point
@@ -168,10 +168,11 @@ def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.
         else:
             smooth = scheme.smooth_weights()
             mean += _weighted_sum(term, smooth, instants.points) - _weighted_sum(term, smooth, instants.idle)
+        weighted = mean if weight == 1 else weight * mean
         if term.per_weight_and_travel:
-            relative += weight * mean
+            relative += weighted
         else:
-            plain += weight * mean
+            plain += weighted
     return plain, relative
 
 
@@ -213,6 +214,8 @@ def boundary_cost(builder: NlpBuilder, dynamics: PhaseDynamics, step: StepBounda
     """Return the boundary terms of the objective."""
     cost = ca.SX(0)
     for weight, term in builder.terms:
+        if not overrides(term, "boundary"):
+            continue
         value = ca.SX(term.boundary(step))
         cost += weight * (value / (dynamics.weight(p) * step.travel) if term.per_weight_and_travel else value)
     return cost

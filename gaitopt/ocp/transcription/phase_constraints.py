@@ -147,7 +147,7 @@ class _Intervals:
         if self.nodes is not None:
             rows = self.equations.separate_rows(rows, self.nodes.rows)
         values = [self.equations.values]
-        plain, relative = (self.length * mean for mean in mean_integrand(builder, self.instants))
+        plain, relative = mean_integrand(builder, self.instants)
         if builder.cleared or builder.terrain is not None:
             states = [point.state for point in self.points[:-1]]
             heights, clear = clearance_rows(
@@ -156,10 +156,10 @@ class _Intervals:
             values.append(heights)
             rows = np.vstack([rows, clear])
         if builder.objective.per_weight_and_travel:
-            values.append(relative)
+            values.append(self.length * relative)
             rows = np.vstack([rows, np.full(phase.count, builder.integral_row())])
-        merged = builder.scheme.merged
-        return local.block(f"interval_{phase.number}", stack(values), rows, plain, self.penalty, merged=merged)
+        name, cost, merged = f"interval_{phase.number}", self.length * plain, builder.scheme.merged
+        return local.block(name, stack(values), rows, cost, self.penalty, merged=merged)
 
     def _split_powers(self) -> list[ca.SX]:
         """Return the unknown parts of the powers, empty at the nodes if the scheme is not nodal."""
