@@ -161,12 +161,14 @@ def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, An
 
 def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[Gait | PlanarGait, bool]":
     """Return a solved gait with its replay and its certificate; after an interrupt without the rest, and True."""
+    from gaitopt.motion.robot_archive import serialise_robot
     from gaitopt.simulation.verification import verify as verify_gait
 
     try:
         display.describe("replaying in the event-driven simulator")
         gait.begin_evaluation("certificate")  # part of it is computed in another thread during the replay
         gait = verify_gait(gait)
+        serialise_robot(gait)  # before the file is written, because the other thread may still be at work
         display.describe("checking the second-order conditions of the optimum")
         _ = gait.certificate
     except KeyboardInterrupt:
