@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.output import out
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import GAIT_SUFFIXES
-from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 
@@ -57,7 +57,7 @@ def read_failed_problem(path: Path, settings: Sequence[str] | None) -> "tuple[Ga
     return restore_problem(gait), gait.problem.get("script")
 
 
-def write_failure(gait: AnyGait, problem: "GaitProblem | PlanarProblem", path: Path) -> FailureFile:
+def write_failure(gait: "AnyGait", problem: "GaitProblem | PlanarProblem", path: Path) -> FailureFile:
     """Write a gait that is not a solution, with the definition of its problem."""
     from gaitopt.motion.archive import save
     from gaitopt.ocp.problem_definition import KEY, REASON, record_definition

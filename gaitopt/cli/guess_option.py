@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.failed_solve import is_gait_file
 from gaitopt.errors import InputError
-from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
     from gaitopt.motion.motion_fit import MotionFit
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.ocp.multicontact.planar_guess import PlanarGuess
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.statement.initial_guess import Guess
@@ -60,7 +60,8 @@ def start_from_file(
     return problem.replace(guess=FromMotion(motion.motion, label=f"recorded motion {file.name}")), motion.fit
 
 
-def _guess_of_gait(problem: "GaitProblem | PlanarProblem", gait: AnyGait, file: Path) -> "Guess | PlanarGuess":
+def _guess_of_gait(problem: "GaitProblem | PlanarProblem", gait: "AnyGait", file: Path) -> "Guess | PlanarGuess":
+    from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
     from gaitopt.ocp.statement.warm_start import WarmStart
 

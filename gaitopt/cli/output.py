@@ -7,16 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
-from rich import box
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
-from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.stored_results import describe_stored_results
-from gaitopt.motion.gait import Gait
-from gaitopt.motion.gait_table import tabulate_gait
-from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import replace_controls
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
@@ -61,25 +56,6 @@ def homotopy_lines(step: HomotopyIteration, objective: str) -> list[str]:
         f"{step.iterations:10d}  {step.status}"
     )
     return [head, line] if step.number == 1 else [line]
-
-
-def print_gait(gait: Gait | PlanarGait) -> None:
-    """Print the facts of a gait as a table."""
-    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column()
-    for name, text in tabulate_gait(gait):
-        table.add_row(name, _colour_verdict(gait, name, text))
-    out.print(table)
-
-
-def _colour_verdict(gait: Gait | PlanarGait, name: str, text: str) -> Text:
-    """Return a fact with its verdict, the part before the colon, in colour."""
-    good = {"status": gait.status.ok, "replay": gait.verification is not None and gait.verification.passed}
-    verdict, colon, rest = text.partition(":")
-    if name in good and colon:
-        return Text.assemble(verdict_text(verdict, good[name]), f":{rest}")
-    return Text(text, style="yellow" if name == "warning" else "")
 
 
 def verdict_text(text: str, good: bool) -> Text:

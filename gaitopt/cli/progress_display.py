@@ -4,10 +4,12 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-
-from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+from typing import TYPE_CHECKING
 
 from gaitopt.cli.output import err, out
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
 
 FIRST, PERIOD = 10.0, 30.0
 """Time until the first line and between two lines if standard error is not a terminal [s]."""
@@ -23,7 +25,7 @@ class Display:
         The live line of a terminal.
     """
 
-    def __init__(self, text: str, progress: Progress | None = None) -> None:
+    def __init__(self, text: str, progress: "Progress | None" = None) -> None:
         self._text, self._count, self._progress = text, "", progress
         self._task = None if progress is None else progress.add_task(text, total=None, count="")
 
@@ -60,6 +62,8 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
     if hidden or out.quiet:
         yield Display(text)
     elif err.is_terminal:
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
         columns: list[ProgressColumn] = [SpinnerColumn(), TextColumn("{task.description}", markup=False)]
         columns += [BarColumn()] if counted else []
         columns += [TextColumn("{task.fields[count]}", markup=False), TimeElapsedColumn()]

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from gaitopt.tuning.tuning_file import TunedGains
 
 OUTPUTS = {
-    "Gait": ("output:print_gait", "result_output:gait_facts"),
-    "PlanarGait": ("output:print_gait", "result_output:gait_facts"),
+    "Gait": ("gait_output:print_gait", "result_output:gait_facts"),
+    "PlanarGait": ("gait_output:print_gait", "result_output:gait_facts"),
     "MultiStepGait": ("multistep_output:print_multistep", "multistep_output:multistep_facts"),
     "BranchDiagram": ("trace_output:print_diagram", "result_output:records_of"),
     "OptimalDiagram": ("trace_optimum_command:print_optima", "result_output:records_of"),

@@ -18,11 +18,11 @@ from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 
 if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -251,7 +251,7 @@ def require_single_support(problem: "WalkProblem | PlanarWalkProblem", path: Pat
     return problem
 
 
-def load_feedback_gait(file: Path, script: Path | None) -> AnyGait:
+def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
     """Return the gait of a file, or of the script of a robot with several contacts, for a command on feedback.
 
     Raises
@@ -300,7 +300,7 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
     return problem
 
 
-def load_any_gait(file: Path, script: Path | None) -> AnyGait:
+def load_any_gait(file: Path, script: Path | None) -> "AnyGait":
     """Return the gait in a file, with the robot of a problem script if one is named.
 
     Raises
@@ -316,8 +316,10 @@ def load_any_gait(file: Path, script: Path | None) -> AnyGait:
     return gait if script is None else gait.with_robot(_robot_of(script))
 
 
-def require_walking(gait: AnyGait, file: Path) -> Gait:
+def require_walking(gait: "AnyGait", file: Path) -> Gait:
     """Return the gait of a file, or raise InputError if its robot has several contacts."""
+    from gaitopt.motion.planar_gait import PlanarGait
+
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts, which this command does not accept; 'gaitopt show', "
@@ -326,7 +328,7 @@ def require_walking(gait: AnyGait, file: Path) -> Gait:
     return gait
 
 
-def load_gaits(files: Mapping[str, Path], script: Path | None) -> dict[str, AnyGait]:
+def load_gaits(files: Mapping[str, Path], script: Path | None) -> "dict[str, AnyGait]":
     """Return gaits by label; those of a robot with the name of the script's robot get that robot, if one is named."""
     from gaitopt.motion.archive import load
 

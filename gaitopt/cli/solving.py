@@ -22,20 +22,32 @@ from gaitopt.cli.options import (
     SolveSource,
     Verbose,
 )
-from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_gait, print_json, report_file
+from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
-from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.motion.gait import Gait
+    from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
-AFTER_THE_SOLVE = ("gaitopt.simulation.verification", "gaitopt.motion.archive", "h5py")
+AFTER_THE_SOLVE = (
+    "gaitopt.simulation.verification",
+    "gaitopt.ocp.solution.certification",
+    "gaitopt.motion.archive",
+    "gaitopt.cli.gait_output",
+    "gaitopt.model.physics",
+    "numpy.random",
+    "h5py",
+)
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
+
+SWITCH_INTERVAL = 2e-4
+"""Time after which the importing thread yields to the solver [s].  An iteration of the solver needs Python for a
+fraction of a millisecond only; with Python's interval it would wait 5 ms for this, longer than it computes."""
 
 
 def import_in_background(modules: Sequence[str]) -> threading.Thread:
@@ -45,9 +57,14 @@ def import_in_background(modules: Sequence[str]) -> threading.Thread:
     """
 
     def import_all() -> None:
-        for module in modules:
-            with contextlib.suppress(Exception):
-                import_module(module)
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_INTERVAL)
+        try:
+            for module in modules:
+                with contextlib.suppress(Exception):
+                    import_module(module)
+        finally:
+            sys.setswitchinterval(interval)
 
     thread = threading.Thread(target=import_all)
     thread.start()
@@ -142,14 +159,16 @@ def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, An
     return problem, called.record().describe()
 
 
-def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait | PlanarGait, bool]:
+def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[Gait | PlanarGait, bool]":
     """Return a solved gait with its replay and its certificate; after an interrupt without the rest, and True."""
+    from gaitopt.motion.robot_archive import serialise_robot
     from gaitopt.simulation.verification import verify as verify_gait
 
     try:
         display.describe("replaying in the event-driven simulator")
         gait.begin_evaluation("certificate")  # part of it is computed in another thread during the replay
         gait = verify_gait(gait)
+        serialise_robot(gait)  # before the file is written, because the other thread may still be at work
         display.describe("checking the second-order conditions of the optimum")
         _ = gait.certificate
     except KeyboardInterrupt:
@@ -158,7 +177,7 @@ def _verify_and_certify(gait: Gait | PlanarGait, display: Display) -> tuple[Gait
 
 
 def _save_and_report(
-    gait: Gait | PlanarGait,
+    gait: "Gait | PlanarGait",
     path: Path,
     failure: "tuple[GaitProblem | PlanarProblem, Path] | None",
     *,
@@ -166,6 +185,7 @@ def _save_and_report(
 ) -> bool:
     """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted."""
     from gaitopt.cli.failed_solve import report_failure, write_failure
+    from gaitopt.cli.gait_output import print_gait
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
@@ -270,6 +290,7 @@ def verify(
 
     Example: gaitopt verify compass_slip.h5
     """
+    from gaitopt.cli.gait_output import print_gait
     from gaitopt.cli.multistep_output import is_multistep_file, verify_multistep
     from gaitopt.cli.script import load_any_gait
     from gaitopt.motion.summary import summarise

@@ -1,12 +1,16 @@
 """Check of the type of a robot: one foot on the ground, or several contacts."""
 
+from typing import TYPE_CHECKING
+
 from gaitopt.errors import InputError
-from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import check_type
 
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
 
-def check_robot_type(robot: object, kind: type[Robot] | type[PlanarRobot], example: str, alternative: str) -> None:
+
+def check_robot_type(robot: object, kind: "type[Robot] | type[PlanarRobot]", example: str, alternative: str) -> None:
     """Raise InputError unless a robot has a type.
 
     Parameters
@@ -26,6 +30,10 @@ def check_robot_type(robot: object, kind: type[Robot] | type[PlanarRobot], examp
     ...
     gaitopt.errors.InputError: robot must be a Robot such as compass_biped(); PlanarRobot 'monopod' is for ...
     """
-    if isinstance(robot, Robot | PlanarRobot) and not isinstance(robot, kind):
+    if isinstance(robot, kind):
+        return
+    from gaitopt.model.planar.planar_robot import PlanarRobot  # which most problems do not need
+
+    if isinstance(robot, Robot | PlanarRobot):
         raise InputError(f"robot must be {example}; {type(robot).__name__} {robot.name!r} is for {alternative}.")
     check_type("robot", robot, kind, example)

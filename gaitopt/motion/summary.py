@@ -2,16 +2,18 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import PlanarGait
+
+if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import PlanarGait
 
 
 @check_arguments
-def summarise(gait: Gait | PlanarGait) -> dict[str, Any]:
+def summarise(gait: "Gait | PlanarGait") -> dict[str, Any]:
     """Return the facts of a gait as plain data for JSON (nan becomes null, inf the text "inf").
 
     Parameters
@@ -30,7 +32,7 @@ def summarise(gait: Gait | PlanarGait) -> dict[str, Any]:
     >>> summary["status"], [phase["mode"] for phase in summary["phases"]]
     ('solved', ['slip+', 'stick'])
     """
-    if isinstance(gait, PlanarGait):
+    if not isinstance(gait, Gait):
         from gaitopt.motion.planar_gait_summary import summarise_planar
 
         return summarise_planar(gait)

@@ -7,15 +7,12 @@ from gaitopt.errors import InputError
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.step_check import require_valid_step
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
-from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure, limit_iterations, limit_refinement
-from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius, report_radius_conflict
-from gaitopt.ocp.solution.radius_homotopy import approach_radius
+from gaitopt.ocp.solution.iteration_limits import RETRY, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import keep_interrupt, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPerturbation
@@ -27,6 +24,7 @@ from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.mode_search.homotopy import Homotopy
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
@@ -62,7 +60,7 @@ def solve(
     solver: NlpSolver | None = None,
     homotopy: None = None,
     observer: SolveObserver = silent,
-) -> PlanarGait: ...
+) -> "PlanarGait": ...
 
 
 @check_arguments
@@ -74,7 +72,7 @@ def solve(
     solver: NlpSolver | None = None,
     homotopy: "Homotopy | None" = None,
     observer: SolveObserver = silent,
-) -> Gait | PlanarGait:
+) -> "Gait | PlanarGait":
     """Find an optimal gait: on a coarse grid first, which is refined until the plan is accurate between its nodes.
 
     Several starts are solved on the coarsest grid, and the two of lowest cost that differ are refined.  On the default
@@ -182,6 +180,8 @@ def _is_new(problem: GaitProblem) -> bool:
 
 def _solve_with_stability(problem: GaitProblem, starts: int | None, solver: NlpSolver, observer: SolveObserver) -> Gait:
     """Solve a problem from the optimal gait without its bound on the spectral radius."""
+    from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius, report_radius_conflict
+
     gait = _solve_problem(problem.replace(stability=None), starts, solver, None, observer)
     if gait.status is Status.INFEASIBLE:
         guesses = [_start(problem, number) for number in range(max(starts or 1, 2))]
@@ -205,6 +205,8 @@ def _solve_first(
     bounded = _solve_by_homotopy(problem, first, limited_refinement, observer)
     if bounded is not None:
         return [bounded], []
+    from gaitopt.ocp.solution.infeasibility import conclude_failure  # which few solves need
+
     guesses = [_start(problem, number) for number in range(max(starts or 1, 1 + _count_retries(problem)))]
     conclusion = conclude_failure(problem, first, guesses, solver, observer, plans)
     if conclusion is not first:
@@ -221,6 +223,8 @@ def _solve_by_homotopy(problem: GaitProblem, failure: Gait, solver: NlpSolver, o
     """
     if problem.stability is None or not isinstance(problem.guess, WarmStart) or _is_new(problem):
         return None
+    from gaitopt.ocp.solution.radius_homotopy import approach_radius
+
     near = approach_radius(problem, problem.guess.gait, solver, observer)
     if near is not None and near.status is Status.INTERRUPTED:
         return failure.with_failure(Status.INTERRUPTED, near.solver.message)

@@ -17,7 +17,8 @@ from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
-from gaitopt.ocp.solution.infeasibility import RETRY, conclude_failure
+from gaitopt.ocp.solution.infeasibility import conclude_failure
+from gaitopt.ocp.solution.iteration_limits import RETRY
 from gaitopt.ocp.solution.node_placement import find_ramps
 from gaitopt.ocp.solution.passive_gait import passive_cycle
 from gaitopt.ocp.solution.single_start import solve_from_start as solve_from

@@ -21,6 +21,7 @@ from gaitopt.cli import (
     branch_basin_output,
     design_command,
     feedback_output,
+    gait_output,
     impact_command,
     listing,
     multistep_output,
@@ -149,7 +150,7 @@ def assess_robustness():
 
 def gaits():
     warned = dataclasses.replace(gait().solver, warnings=("speed [m/s] is low",))
-    output.print_gait(dataclasses.replace(gait(), solver=warned))
+    gait_output.print_gait(dataclasses.replace(gait(), solver=warned))
     limits = PlanarLimits(torque={"ankle B": 0})
     problem = PlanarProblem(
         robot=compass_with_two_feet(),
@@ -161,7 +162,7 @@ def gaits():
         limits=limits,
         transcription=Collocation(intervals=5, tolerance=math.inf),
     )
-    output.print_gait(solve(problem))
+    gait_output.print_gait(solve(problem))
 
 
 def planar_cycles():

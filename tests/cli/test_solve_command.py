@@ -59,6 +59,13 @@ def test_a_module_that_cannot_be_imported_in_the_background_prevents_no_other(mo
     assert "colorsys" in sys.modules
 
 
+def test_an_import_in_the_background_yields_to_the_solver_and_restores_the_interval(monkeypatch):
+    before, during = sys.getswitchinterval(), []
+    monkeypatch.setattr(solving, "import_module", lambda module: during.append(sys.getswitchinterval()))
+    import_in_background(["colorsys"]).join()
+    assert during[0] < before == sys.getswitchinterval()
+
+
 def test_modules_are_imported_once_and_only_while_the_solver_iterates(monkeypatch):
     imported, observed = [], []
     monkeypatch.setattr(solving, "import_in_background", imported.append)

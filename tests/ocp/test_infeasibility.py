@@ -10,7 +10,8 @@ from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.solution.conflict_search import elastic_solver
 from gaitopt.ocp.solution.feasibility import ElasticProblem
 from gaitopt.ocp.solution.grid_solve import SingleStart
-from gaitopt.ocp.solution.infeasibility import COLD_START_ITERATIONS, conclude_failure, limit_iterations
+from gaitopt.ocp.solution.infeasibility import conclude_failure
+from gaitopt.ocp.solution.iteration_limits import COLD_START_ITERATIONS, limit_iterations
 from gaitopt.ocp.solution.radius_conflict import check_conflicts_with_radius
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import LinearGuess
@@ -145,7 +146,7 @@ def test_a_start_that_needs_more_iterations_is_repeated_with_all_of_them(referen
     """The search for a feasible motion begins early, but a start that succeeds gives the same gait as without it."""
     problem = reference_problem(transcription=COARSE)
     expected = solve(problem, starts=1)
-    monkeypatch.setattr("gaitopt.ocp.solution.infeasibility.COLD_START_ITERATIONS", 5)
+    monkeypatch.setattr("gaitopt.ocp.solution.iteration_limits.COLD_START_ITERATIONS", 5)
     gait = solve(problem, starts=1)
     assert gait.status is Status.SOLVED
     assert gait.solver.objective == expected.solver.objective

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, GaitProblem, Ipopt, Limits, Newton, Status, WarmStart, compass_biped, solve
-from gaitopt.ocp.nlp import active_set, sqp
+from gaitopt.ocp.nlp import sqp
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.progress import silent
 from tests.ocp.test_active_set import small_nlp
@@ -34,13 +34,13 @@ def without_ipopt(monkeypatch):
 @pytest.fixture
 def runs(monkeypatch):
     """Return the results of all runs, None for those that do not converge."""
-    results, run = [], active_set.minimise_from_solution
+    results, run = [], sqp.minimise_from_solution
 
     def minimise(*arguments):
         results.append(run(*arguments))
         return results[-1]
 
-    monkeypatch.setattr(active_set, "minimise_from_solution", minimise)
+    monkeypatch.setattr(sqp, "minimise_from_solution", minimise)
     return results
 
 

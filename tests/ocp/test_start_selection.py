@@ -7,7 +7,7 @@ from attrs import frozen
 from gaitopt import Collocation, GaitProblem, InputError, Limits, LinearGuess, Newton, RandomPerturbation, Status, solve
 from gaitopt.ocp import solver
 from gaitopt.ocp.solution import start_selection
-from gaitopt.ocp.solution.infeasibility import limit_iterations
+from gaitopt.ocp.solution.iteration_limits import limit_iterations
 from gaitopt.ocp.solution.start_selection import is_same_solution, list_starts, solve_from_starts
 from gaitopt.ocp.statement.initial_guess import DelayedSwing
 from gaitopt.progress import silent

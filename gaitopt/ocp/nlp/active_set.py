@@ -33,7 +33,6 @@ from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
 from gaitopt.ocp.nlp.ipopt import LARGE, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
-from gaitopt.ocp.nlp.sqp import minimise_from_solution
 from gaitopt.parameters import instance_of
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
@@ -106,6 +105,8 @@ class Newton:
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
         if not nlp.smooth and multipliers is not None and update_data is not None:
+            from gaitopt.ocp.nlp.sqp import minimise_from_solution  # which a solve without a warm start does not need
+
             with ONE_AT_A_TIME:
                 near = minimise_from_solution(nlp, x, data, bounds, observer, multipliers, self.fallback, update_data)
             if near is not None:

@@ -5,13 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from attrs import evolve
-
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import Gait
-from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.elastic import ElasticResult
-from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.conflict_search import elastic_solver
@@ -28,30 +24,9 @@ from gaitopt.status import Status
 SMALL_EXCESS = 0.01
 """Weighted sum of the slacks below which a finer grid may have a gait where the coarse one has none."""
 
-RETRY = (
-    Status.INFEASIBLE,
-    Status.ITERATION_LIMIT,
-    Status.FAILED,
-    Status.ACCEPTABLE,
-    Status.DIVERGING,
-    Status.UNCONFIRMED,
-    Status.PLAN_INACCURATE,
-)
-"""Statuses after which another start may converge."""
-
-COLD_START_ITERATIONS = 60
-"""Iterations on the coarsest grid after which the search for a feasible motion begins; most solves need fewer."""
-
-REFINEMENT_ITERATIONS = 250
-"""Iterations on a finer grid after which its feasibility is examined; nearly all solves need fewer."""
-
 AGREEMENT, LARGE_EXCESS = 0.01, 0.03
 """Relative difference of the least excesses near two starts below which, and their size above which, no other start is
 tried: from each of four starts, the excess of 33 of 33 feasible problems was below 1e-4."""
-
-MOST_INFEASIBLE_ITERATIONS = 20
-"""Iterations of a cold start after which it ends if it is far from feasible, as are 40 of 45 infeasible problems and
-none of 46 solved ones."""
 
 MOST_UNDECIDED = 2
 """Number of starts without a conclusion after which no other is tried."""
@@ -271,28 +246,3 @@ def excesses_agree(excesses: Sequence[float]) -> bool:
     """Return whether the two least excesses found near some starts are large, or equal."""
     least = sorted(excesses)[:2]
     return len(least) == 2 and (least[0] > LARGE_EXCESS or least[1] - least[0] <= AGREEMENT * least[0])
-
-
-def limit_iterations(solver: NlpSolver) -> NlpSolver:
-    """Return a solver with at most `COLD_START_ITERATIONS` iterations, and fewer if they remain far from feasible.
-
-    A custom solver, and one with a lower limit of iterations, is returned unchanged.
-    """
-    if isinstance(solver, Newton):
-        return evolve(solver, fallback=_limit_ipopt(solver.fallback))
-    return _limit_ipopt(solver) if isinstance(solver, Ipopt) else solver
-
-
-def limit_refinement(solver: NlpSolver) -> NlpSolver:
-    """Return a solver with at most `REFINEMENT_ITERATIONS` iterations; a custom solver is returned unchanged."""
-    ipopt = solver.fallback if isinstance(solver, Newton) else solver
-    if not isinstance(ipopt, Ipopt):
-        return solver
-    limited = evolve(ipopt, max_iterations=min(ipopt.max_iterations, REFINEMENT_ITERATIONS))
-    return evolve(solver, fallback=limited) if isinstance(solver, Newton) else limited
-
-
-def _limit_ipopt(solver: Ipopt) -> Ipopt:
-    if solver.max_iterations <= COLD_START_ITERATIONS:
-        return solver
-    return solver.with_patience(MOST_INFEASIBLE_ITERATIONS, max_iterations=COLD_START_ITERATIONS)

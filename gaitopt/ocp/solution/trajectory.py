@@ -319,12 +319,13 @@ def _build_runge_kutta_step(dynamics: PhaseDynamics) -> ca.Function:
     rate = ca.Function("rate", [state, torque, p], ca.cse([dynamics.flow_and_energy(state, torque, p)]))
     sizes = [rate.size1_in(i) for i in (0, 1, 1, 2)]
     initial, before, after, data = (ca.MX.sym(name, size) for name, size in zip("xuvp", sizes, strict=True))
-    step = ca.MX.sym("h")
+    step, change = ca.MX.sym("h"), after - before
     slopes = ca.MX(state.numel(), 0)
-    for row, c in zip(runge_kutta.A, runge_kutta.C, strict=True):
-        at = initial + step * (slopes @ ca.DM(row[: slopes.shape[1]]))
-        slopes = ca.horzcat(slopes, rate(at, before + c * (after - before), data))
-    return ca.Function("step", [initial, before, after, step, data], [initial + step * (slopes @ ca.DM(runge_kutta.B))])
+    for stage, (row, c) in enumerate(zip(runge_kutta.A.tolist(), runge_kutta.C.tolist(), strict=True)):
+        at = initial + step * ca.mtimes(slopes, ca.DM(row[:stage])) if stage else initial
+        slopes = ca.horzcat(slopes, *rate.call([at, before + c * change, data]))
+    end = initial + step * ca.mtimes(slopes, ca.DM(runge_kutta.B.tolist()))
+    return ca.Function("step", [initial, before, after, step, data], [end])
 
 
 def read_states(transcription: Transcription, phase: Phase, x: Array) -> tuple[Array, Array]:

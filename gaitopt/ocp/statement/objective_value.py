@@ -9,7 +9,6 @@ import numpy as np
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
-from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.ocp.statement.instant import Instant, StepBoundary, symbolic_instant
 
 if TYPE_CHECKING:
@@ -30,11 +29,7 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
     InputError
         If the first step did not reach its touchdown, or several contacts of the robot may be on the ground.
     """
-    if isinstance(motion, PlanarMotion):
-        raise InputError(
-            "The motion of a robot with several contacts has no value of an objective; that of the plan is "
-            "gait.solver.objective."
-        )
+    _refuse_several_contacts(motion)
     segments, jump = first_step(motion)
     if not is_finite(segments):
         return float("nan")
@@ -49,6 +44,19 @@ def value_of_term(objective: "Objective", motion: Motion) -> float:
     if objective.per_weight_and_travel:
         total /= motion.total_mass * motion.parameters["gravity"] * travel
     return total + (float(np.max(peaks)) if peaks else 0.0)
+
+
+def _refuse_several_contacts(motion: object) -> None:
+    """Raise InputError for the motion of a robot with several contacts."""
+    if isinstance(motion, Motion):
+        return
+    from gaitopt.motion.planar_motion import PlanarMotion  # which problems with one foot on the ground do not need
+
+    if isinstance(motion, PlanarMotion):
+        raise InputError(
+            "The motion of a robot with several contacts has no value of an objective; that of the plan is "
+            "gait.solver.objective."
+        )
 
 
 def is_finite(segments: list[Segment]) -> bool:
