@@ -129,9 +129,11 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     monopod = ("problems/monopod.py", *(word for setting in settings for word in ("--set", setting)))
     (open_loop,), (controlled,) = gaits_of(*monopod), gaits_of(*monopod, "--law", "step-lqr")
     (along,) = gaits_of(*monopod, "--law", "lqr", "--torque-limit", 1000)
+    (by_angle,) = gaits_of(*monopod, "--law", "lqr", "--stance-angle")
     assert open_loop["radius"] > 3
     assert controlled["radius"] < 0.5
     assert along["radius"] < 0.5
+    assert 0.5 < by_angle["radius"] < 0.9
     assert set(open_loop) == set(controlled)
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
@@ -151,7 +153,6 @@ def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
     ("options", "message"),
     [
         (("--law", "phase-pd"), "There is no feedback law 'phase-pd' for a robot with several contacts"),
-        (("--stance-angle",), "--stance-angle is not accepted"),
         (("--gain", "hip_stiffness=1"), "has no gains and no torque limit to set"),
         (("--law", "lqr", "--gain", "hip_stiffness=1"), "has no gains to set"),
         (("--law", "joint-pd", "--gain", "knee_stiffness=1"), "has no gain 'knee_stiffness'"),
