@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from gaitopt.motion.motion import Array
     from gaitopt.parallel.execution import TaskObserver
     from gaitopt.simulation.engine import Engine
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 
 MOST_STARTS = 10_000_000
 """Largest grid of a basin: it takes 600 MB."""
@@ -93,7 +94,7 @@ def basin(
     from gaitopt.cli.diagram_basin import DIAGRAM, compute_diagram_basin
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
-    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.simulation.engine_choice import planar_engine_named
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if source.suffix == DIAGRAM or branch is not None:
@@ -113,17 +114,22 @@ def basin(
             result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
         else:
             options = _options(request, steps, output, team, display.count)
-            option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
-            result = find_planar_basin(planar, option, axes, base, **options)
-    engine_used = None if planar is not None else subject.engine
+            options["engine"], choice = planar_engine_named(engine), (law, gain or [], torque_limit, stance_angle)
+            result = find_planar_basin(planar, choice, axes, base, **options)
+    used = subject.engine if planar is None else planar_engine_named(engine)
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
-    _report(result, (engine_used, share), output, json=json, seconds=time.perf_counter() - began)
+    _report(result, (used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
         exit_incomplete("basin", output)
 
 
 def _report(
-    table: "xr.Dataset", used: tuple["Engine | None", float | None], path: Path | None, *, json: bool, seconds: float
+    table: "xr.Dataset",
+    used: tuple["Engine | PlanarEngine", float | None],
+    path: Path | None,
+    *,
+    json: bool,
+    seconds: float,
 ) -> None:
     """Print a basin, with its engine and the share of a saved gait, as a table or as JSON."""
     from gaitopt.cli.walk_output import basin_facts, print_basin

@@ -218,12 +218,13 @@ def push(
 
 def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
     """Return the name of the engine that simulates the walks of a gait."""
-    from gaitopt.cli.planar_walks import ENGINE
     from gaitopt.control.law import Law
     from gaitopt.motion.gait import Gait
-    from gaitopt.simulation.engine_choice import default_engine
+    from gaitopt.simulation.engine_choice import default_engine, planar_engine_named
 
-    return default_engine(law, gait.robot).name if isinstance(gait, Gait) and isinstance(law, Law) else ENGINE
+    if isinstance(gait, Gait) and isinstance(law, Law):
+        return default_engine(law, gait.robot).name
+    return planar_engine_named().name
 
 
 def _basins(

@@ -230,7 +230,11 @@ TorqueLimit = Annotated[
 ]
 StanceAngle = Annotated[
     bool,
-    typer.Option("--stance-angle", help="Use the stance angle, not the time since touchdown, as the phase variable."),
+    typer.Option(
+        "--stance-angle",
+        help="Use the stance angle, not the time since touchdown, as the phase variable (in "
+        "flight, the velocity of the center of mass).",
+    ),
 ]
 
 Sensitivity = Annotated[

@@ -7,7 +7,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.motion.motion import Array
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
@@ -19,34 +18,45 @@ def read_planar_subject(request: "Request") -> "PlanarWalkProblem | PlanarGait |
     Raises
     ------
     InputError
-        If an option does not apply to the source, or the gait is not a solution.
+        If the engine is unknown or not installed, or the gait is not a solution.
     """
     from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait
-    from gaitopt.cli.planar_walks import check_planar_engine
+    from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
+    planar_engine_named(request.engine)  # which rejects an unknown one before a gait is solved
     stated = request.stated if request.is_script else request.gait
     if is_planar_gait(stated):
-        check_planar_engine(request.engine)
         return find_planar_gait(stated)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
-        check_planar_engine(request.engine)
         return request.problem
     return None
 
 
 def find_planar_basin(
     subject: "PlanarWalkProblem | PlanarGait",
-    law: "PlanarLawOption",
+    choice: tuple[str, list[str], float | None, bool],
     axes: "Mapping[str, Array]",
     base: Mapping[str, float],
     **options: Any,
 ) -> "xr.Dataset":
-    """Return the basin of a robot with several contacts; `options` are those of :func:`gaitopt.basin`."""
+    """Return the basin of a robot with several contacts.
+
+    Parameters
+    ----------
+    subject : PlanarWalkProblem or PlanarGait
+    choice : tuple
+        Name, gains, torque limit and phase variable of the law, as in :class:`PlanarLawOption`.
+    axes : mapping of str to array
+    base : mapping of str to float
+    options : dict
+        Those of :func:`gaitopt.basin`.
+    """
+    from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.study.basins.basin import basin
 
-    chosen = law.make(subject) if isinstance(subject, PlanarGait) else None
+    chosen = PlanarLawOption(*choice).make(subject) if isinstance(subject, PlanarGait) else None
     return basin(subject, base, axes, law=chosen, **options)
 
 

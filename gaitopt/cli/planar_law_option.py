@@ -40,14 +40,23 @@ class PlanarLawOption:
         Raises
         ------
         InputError
-            If there is no such law, or it does not have the gains or options.
+            If there is no such law, it does not have the gains or options, or the stance angle is not monotone.
         """
+        if Path(self.name).suffix == ".json":
+            return self._tuned_law(gait)
+        law = self._make_law(gait)
+        if not self.stance_angle:
+            return law
+        from gaitopt.control.planar_laws.planar_phase_variable import by_phase_variable
+
+        return by_phase_variable(gait, law)
+
+    def _make_law(self, gait: "PlanarGait") -> "PlanarLaw":
+        """Return the law of the time since the section."""
         from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
         from gaitopt.tuning.controller_family import SYNONYMS
         from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
-        if Path(self.name).suffix == ".json":
-            return self._tuned_law(gait)
         name = self.name.strip().replace("-", "_").replace(" ", "_")
         name = SYNONYMS.get(name, name)
         if name not in PLANAR_LAWS:
@@ -55,8 +64,6 @@ class PlanarLawOption:
                 f"There is no feedback law {self.name!r} for a robot with several contacts. "
                 f"{suggest(name, PLANAR_LAWS)}"
             )
-        if self.stance_angle:
-            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
         limit = float("inf") if self.torque_limit is None else self.torque_limit
         if name == "joint_pd":
             values = {gain.name: gain.start for gain in self.family(gait).gains}
@@ -78,24 +85,22 @@ class PlanarLawOption:
         """
         from gaitopt.tuning.controller_family import controller_family_named
 
-        if self.stance_angle:
-            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
         if self.name.partition(":")[0].endswith(".py"):
             raise InputError("A custom law of a script is not accepted for a robot with several contacts.")
         limit = float("inf") if self.torque_limit is None else self.torque_limit
-        return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
+        family = controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
+        return family.by_stance_angle(gait.robot, gait) if self.stance_angle else family
 
     def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
         """Return the law of a file of tuned gains; options of the command replace its gains and its torque limit."""
         from gaitopt.tuning.controller_family import FamilySettings
         from gaitopt.tuning.tuning_file import load_tuning
 
-        if self.stance_angle:
-            raise InputError("--stance-angle is not accepted for a robot with several contacts.")
         tuned, changes = load_tuning(self.name), read_numbers(self.gains, "--gain")
         for gain in changes:
             if gain not in tuned.gains:
                 raise InputError(f"The law {tuned.family!r} has no gain {gain!r}. {suggest(gain, tuned.gains)}")
         settings = tuned.settings if self.torque_limit is None else FamilySettings(torque_limit=self.torque_limit)
+        settings = replace(settings, stance_angle=self.stance_angle or tuned.settings.stance_angle)
         law: PlanarLaw = replace(tuned, gains={**tuned.gains, **changes}, settings=settings).law(gait.robot, gait)
         return law

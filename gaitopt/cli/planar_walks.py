@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
-ENGINE = "scipy"
-"""The engine that simulates robots with several contacts by default."""
-
 
 def find_planar_gaits(
     request: "Request", starts: int, *, steps: int, law: "PlanarLawOption"
@@ -64,14 +61,6 @@ def _check_steps(steps: int) -> None:
     """Raise InputError if the period has several steps."""
     if steps > 1:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
-
-
-def check_planar_engine(engine: str) -> None:
-    """Raise InputError unless a command without engines for robots with several contacts accepts this one."""
-    if engine not in ("auto", ENGINE):
-        raise InputError(
-            f"--engine must be auto or {ENGINE} for a robot with several contacts in this command, got {engine!r}."
-        )
 
 
 def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, *, json: bool) -> None:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.stability.cycle import Cycle
 
 SecondRange = Annotated[
@@ -286,16 +287,14 @@ def read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     return name.strip(), (low, high)
 
 
-def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | None":
-    """Return the engine of a walking problem; None for a robot with several contacts, which has only one."""
-    from gaitopt.cli.planar_walks import check_planar_engine
+def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | PlanarEngine":
+    """Return the engine of a walking problem."""
     from gaitopt.control.law import passive
-    from gaitopt.simulation.engine_choice import engine_named
+    from gaitopt.simulation.engine_choice import engine_named, planar_engine_named
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     if isinstance(problem, PlanarWalkProblem):
-        check_planar_engine(name)
-        return None
+        return planar_engine_named(name)
     return engine_named(name, problem.law or passive(problem.robot), problem.robot)
 
 

@@ -19,6 +19,10 @@ from gaitopt.study.basins.basin_file import basin_key, ending_labels, ending_sha
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
+
+    AnyEngine = Engine | PlanarEngine
+
 ROUNDING, LEAST_STATE = 1e-9, 1e-12
 """Magnitudes of parts of multipliers, and of values of a state, below which they are printed as 0."""
 
@@ -64,7 +68,7 @@ def format_state(value: float) -> str:
     return f"{value if abs(value) >= LEAST_STATE else 0.0:.6g}"
 
 
-def basin_facts(table: "xr.Dataset", engine: Engine | None = None, share: float | None = None) -> dict[str, Any]:
+def basin_facts(table: "xr.Dataset", engine: "AnyEngine | None" = None, share: float | None = None) -> dict[str, Any]:
     """Return a basin as plain data; `share` is the fraction of starts that end in the saved gait."""
     return {
         **({} if engine is None else {"engine": engine.name}),
@@ -77,7 +81,7 @@ def basin_facts(table: "xr.Dataset", engine: Engine | None = None, share: float 
     }
 
 
-def print_basin(table: "xr.Dataset", engine: Engine | None = None, share: float | None = None) -> None:
+def print_basin(table: "xr.Dataset", engine: "AnyEngine | None" = None, share: float | None = None) -> None:
     """Print the fraction of starts with each ending, and of those that end in the saved gait."""
     for label, fraction in ending_shares(table).items():
         out.print(f"{100 * fraction:6.2f} %  {label}")

@@ -6,6 +6,7 @@ from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem, make_gait
 from gaitopt.continuation.tracing import points_at
 from gaitopt.errors import InputError
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_iteration import same_gait
 
@@ -15,7 +16,12 @@ SAME = 1e-6
 
 @check_arguments
 def gaits_at(
-    problem: AnyWalkProblem, diagram: BranchDiagram, value: float, *, branch: int = 0, engine: Engine | None = None
+    problem: AnyWalkProblem,
+    diagram: BranchDiagram,
+    value: float,
+    *,
+    branch: int = 0,
+    engine: Engine | PlanarEngine | None = None,
 ) -> tuple[AnyCycle, ...]:
     """Return the periodic gaits of a branch at a value of the parameter.
 
@@ -30,7 +36,7 @@ def gaits_at(
         Parameter in SI units.
     branch : int
         Number of the branch.
-    engine : Engine, optional
+    engine : Engine or PlanarEngine, optional
 
     Returns
     -------

@@ -11,14 +11,15 @@ import numpy as np
 from gaitopt.continuation.gait_family import GaitFamily, make_gait_family, make_patient_walker
 from gaitopt.continuation.parameter_values import check_range, gains_of, set_gains, unit_of
 from gaitopt.continuation.planar_family import PlanarFamily, make_planar_family
-from gaitopt.control.law import passive
+from gaitopt.control.law import Law, passive
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.simulation.simulator import record_walk
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_iteration import find_cycle
@@ -50,13 +51,13 @@ class GaitSource(ABC):
     problem : WalkProblem or PlanarWalkProblem
     parameter : str
     ends : (float, float)
-    engine : Engine or None
+    engine : Engine, PlanarEngine or None
     """
 
     problem: Any
     parameter: str
     ends: tuple[float, float]
-    engine: Engine | None = None
+    engine: Engine | PlanarEngine | None = None
 
     def __post_init__(self) -> None:
         check_range(self.problem.robot, self.parameter, self.ends, self.law)
@@ -135,7 +136,8 @@ class WalkGaits(GaitSource):
             law = set_gains(problem.robot, law, {self.parameter: value})
         else:
             parameters[self.parameter] = value
-        cycles = search_cycles(problem.robot, parameters, law=law, starts=starts, engine=self.engine)
+        engine = self._engine(law or passive(problem.robot))
+        cycles = search_cycles(problem.robot, parameters, law=law, starts=starts, engine=engine)
         return sort_cycles(cycle for cycle in cycles if sequence is None or set(cycle.sequences) == {sequence})
 
     def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> AnyCycle | None:
@@ -162,15 +164,19 @@ class WalkGaits(GaitSource):
         known = {each.name for each in robot.parameters}
         p = robot.vector(robot.resolve({name: number for name, number in values.items() if name in known}))
         law = set_gains(robot, self.law or passive(robot), {self.parameter: value})
-        walker = make_patient_walker(robot, law, p, self.engine or default_engine(law, robot))
+        walker = make_patient_walker(robot, law, p, self._engine(law))
         return walker, Section(robot, p, sliding=True)
 
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:
         """Return a gait as a point of its family."""
         value = self._value_of(cycle, value)
         law = set_gains(self.problem.robot, self.law or passive(self.problem.robot), {self.parameter: value})
-        family = make_gait_family(self.problem.robot, cycle, self.parameter, self.ends, law=law, engine=self.engine)
+        options: dict[str, Any] = {"law": law, "engine": self._engine(law)}
+        family = make_gait_family(self.problem.robot, cycle, self.parameter, self.ends, **options)
         return GaitStart(family, family.start(cycle), value)
+
+    def _engine(self, law: Law) -> Engine:
+        return choose_engine(self.engine, law, self.problem.robot)
 
 
 class PlanarGaits(GaitSource):
@@ -185,7 +191,7 @@ class PlanarGaits(GaitSource):
 
     def search(self, value: float, starts: int) -> tuple[AnyCycle, ...]:
         """Return the gaits that are found at a value, stable ones first."""
-        cycles = itertools.islice(self._problem_at(value).search(starts), starts)
+        cycles = itertools.islice(self._problem_at(value).search(starts, engine=self._engine), starts)
         return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
 
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:
@@ -193,9 +199,8 @@ class PlanarGaits(GaitSource):
         value = self._value_of(cycle, value)
         values = self.values | dict(cycle.parameters) | {self.parameter: value}
         problem = self.problem
-        family = make_planar_family(
-            problem.robot, cycle, self.parameter, self.ends, torque=problem.torque, values=values
-        )
+        options: dict[str, Any] = {"torque": problem.torque, "values": values, "engine": self._engine}
+        family = make_planar_family(problem.robot, cycle, self.parameter, self.ends, **options)
         return GaitStart(family, family.start(cycle), value)
 
     def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> PlanarCycle | None:
@@ -209,12 +214,16 @@ class PlanarGaits(GaitSource):
         moved = replace(
             problem, coordinates={**problem.coordinates, **angles}, rates={**problem.rates, **rates}, sequence=None
         )
-        return next(moved.search(1), None)
+        return next(moved.search(1, engine=self._engine), None)
 
     def motions(self, value: float, state: Mapping[str, float], steps: int) -> tuple[AnyMotion, ...]:
         """Return the motion of a gait of a branch; none if it is not found, or its period is longer."""
         cycle = self.gait_near(value, state, steps)
         return () if cycle is None else (cycle.motion,)
+
+    @property
+    def _engine(self) -> PlanarEngine:
+        return choose_planar_engine(self.engine)
 
     def _problem_at(self, value: float) -> PlanarWalkProblem:
         """Return the problem with another value of the parameter."""
@@ -227,7 +236,7 @@ class PlanarGaits(GaitSource):
 
 
 def make_gait_source(
-    problem: AnyWalkProblem, over: Mapping[str, tuple[float, float]], engine: Engine | None = None
+    problem: AnyWalkProblem, over: Mapping[str, tuple[float, float]], engine: Engine | PlanarEngine | None = None
 ) -> GaitSource:
     """Return the gaits of a walking problem over one parameter.
 
@@ -244,7 +253,7 @@ def make_gait_source(
     """
     parameter, ends = read_range(over)
     if isinstance(problem, PlanarWalkProblem):
-        return PlanarGaits(problem, parameter, ends)
+        return PlanarGaits(problem, parameter, ends, engine)
     if not isinstance(problem, WalkProblem):
         raise InputError(f"The problem must be a WalkProblem or a PlanarWalkProblem, got {problem!r}.")
     return WalkGaits(problem, parameter, ends, engine)

@@ -20,6 +20,7 @@ from gaitopt.locks import cached_property
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle, find_cycle_from
@@ -60,6 +61,8 @@ class PlanarFamily:
         Periods of the first gait after which the gaits repeat.
     line : mapping of str to (float, float)
         See :class:`gaitopt.continuation.gait_family.GaitFamily`.
+    engine : PlanarEngine
+        By default the reference engine.
     scale, value_scale
         See :class:`gaitopt.continuation.map_family.MapFamily`.
     """
@@ -76,6 +79,7 @@ class PlanarFamily:
     scale: Array
     value_scale: float
     line: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    engine: PlanarEngine = REFERENCE
 
     @property
     def size(self) -> int:
@@ -230,7 +234,7 @@ class PlanarFamily:
         known = {each.name for each in self.robot.parameters}
         values = {name: number for name, number in {**self.parameters, **moved}.items() if name in known}
         torque = set_gains(self.robot, self.torque, moved) if isinstance(self.torque, PlanarLaw) else self.torque
-        return PlanarAutomaton(self.robot, self.robot.resolve(values), torque)
+        return PlanarAutomaton(self.robot, self.robot.resolve(values), torque, engine=self.engine)
 
 
 def name_rollouts(rollouts: list[PlanarRollout]) -> str:
@@ -268,6 +272,7 @@ def make_planar_family(
     *,
     torque: ca.Function | PlanarLaw | None = None,
     values: Mapping[str, float],
+    engine: PlanarEngine = REFERENCE,
 ) -> PlanarFamily:
     """Return the family to which a periodic gait belongs.
 
@@ -282,9 +287,11 @@ def make_planar_family(
         Zero by default.
     values : mapping of str to float
         All parameters and gains of the gait.
+    engine : PlanarEngine
+        By default the reference engine.
     """
     law = set_gains(robot, torque, values) if isinstance(torque, PlanarLaw) else torque
-    automaton = PlanarAutomaton(robot, robot.resolve(cycle.parameters), law)
+    automaton = PlanarAutomaton(robot, robot.resolve(cycle.parameters), law, engine=engine)
     y, n = np.array([*cycle.state.values()]), robot.n_q
     start = PlanarState(0.0, y[:n], y[n:], cycle.motion.segments[0].state, (False,) * len(robot.switches))
     rollout = follow(
@@ -310,6 +317,7 @@ def make_planar_family(
         steps=1,
         scale=_find_scale(chart, cycle),
         value_scale=abs(ends[1] - ends[0]),
+        engine=engine,
     )
 
 

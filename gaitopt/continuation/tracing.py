@@ -25,6 +25,7 @@ from gaitopt.continuation.switching import has_half_period, switch_branch
 from gaitopt.errors import InputError
 from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.stability.cycle_search import STARTS
 
 SAME_GAIT = 1e-5
@@ -56,8 +57,8 @@ class TraceOptions:
     starts : int
         Random starts of each search for gaits.
     arclength : ArclengthOptions
-    engine : Engine, optional
-        By default the fastest installed engine that supports the law.
+    engine : Engine or PlanarEngine, optional
+        By default the fastest installed engine that supports the law; for robots with several contacts, scipy.
     checkpoint : Checkpoint, optional
         File from which an interrupted trace continues.
 
@@ -71,7 +72,7 @@ class TraceOptions:
     deflate: bool = False
     starts: int = attrs.field(default=STARTS, validator=whole_number())
     arclength: ArclengthOptions = attrs.field(factory=ArclengthOptions)
-    engine: Engine | None = None
+    engine: Engine | PlanarEngine | None = None
     checkpoint: Checkpoint | None = None
 
 

@@ -8,6 +8,7 @@ from gaitopt.control.planar_laws.planar_feedback import planar_feedforward as pl
 from gaitopt.control.planar_laws.planar_feedback import planar_joint_pd as planar_joint_pd
 from gaitopt.control.planar_laws.planar_feedback import planar_step_to_step as planar_step_to_step
 from gaitopt.control.planar_laws.planar_law import PlanarLaw as PlanarLaw
+from gaitopt.control.planar_laws.planar_phase_variable import by_phase_variable as by_phase_variable
 from gaitopt.control.push_off import push_off as push_off
 from gaitopt.control.signature import control_function as control_function
 from gaitopt.control.signature import law_inputs as law_inputs

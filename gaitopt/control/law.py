@@ -53,6 +53,9 @@ class Law:
         both, at whose zeros engines stop.
     gain_matrices : tuple of GainMatrix
         Positions of the matrices of a linear feedback in the table.
+    phase_variable : (q, v) -> number Function or None
+        Quantity that determines the interval instead of an entry of the state, with bounds as for `index`; for a part
+        of a PlanarLaw only.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class Law:
     limited: bool = field(default=False, repr=False)
     index: int | None = field(default=None, repr=False)
     gain_matrices: tuple[GainMatrix, ...] = field(default=(), repr=False)
+    phase_variable: ca.Function | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         _check_signature(self.name, self.control, self.table.shape[0])
@@ -84,6 +88,8 @@ class Law:
             object.__setattr__(self, "memory", no_memory(self.control.size1_in(1), self.table.shape[0]))
         latch, reset = (_deserialise(each.serialize()) for each in (self.memory.latch, self.memory.reset))
         object.__setattr__(self, "memory", replace(self.memory, latch=latch, reset=reset))
+        if self.phase_variable is not None:
+            object.__setattr__(self, "phase_variable", _deserialise(self.phase_variable.serialize()))
         sizes = len(self.memory.values), len(self.memory.events)
         if sizes != (self.control.size1_in(3), self.control.size1_out(2)):
             raise InputError(
@@ -116,8 +122,16 @@ class Law:
         return bool(self.control.call(self.control.sx_in())[0].is_zero())
 
     def measure(self, clock: float, y: Array) -> float:
-        """Return the quantity that determines the piece in a state y = (q, v, latched): the clock or an entry of y."""
+        """Return the quantity that determines the piece in a state y = (q, v, latched)."""
+        if self.phase_variable is not None:
+            n = self.control.size1_in(1)
+            return float(self.phase_variable(y[:n], y[n : 2 * n]))
         return clock if self.index is None else float(y[self.index])
+
+    @property
+    def by_state(self) -> bool:
+        """Whether the state determines the piece, not the clock."""
+        return self.index is not None or self.phase_variable is not None
 
     def piece(self, measure: float) -> int:
         """Return the number of the piece that contains a clock time, or a value of the entry `index`."""
@@ -131,7 +145,7 @@ class Law:
         """Return the same law with its pieces split at further points."""
         begins = np.union1d(self.breakpoints, points)
         table = self.table[:, [self.piece(begin) for begin in begins]]
-        if self.index is not None:
+        if self.by_state:
             table[0], table[1, :-1] = begins, begins[1:]
         return replace(self, breakpoints=begins, table=table)
 
@@ -139,6 +153,8 @@ class Law:
         """Return a hash of the expressions and numbers of the law."""
         parts = [self.torque, self.memory.latch, self.memory.reset]
         whole = hashlib.sha256("".join(part.serialize() for part in parts).encode())
+        if self.phase_variable is not None:
+            whole.update(self.phase_variable.serialize().encode())
         whole.update(self.breakpoints.tobytes() + self.table.tobytes() + repr(self.index).encode())
         return whole.hexdigest()
 

@@ -19,10 +19,10 @@ def add_torque_noise(law: Law, noise: Array, period: float) -> Law:
     noise : (n_u, n_parts) array [N m]
         Torques in equal parts of the step; the last part is unlimited.
     period : float [s]
-        Duration of the step; a law with an angle as phase variable has equal parts of the planned angle instead.
+        Duration of the step; a law with a phase variable has equal parts of its planned range instead.
     """
     parts = noise.shape[1]
-    begin, end = (0.0, period) if law.index is None else law.breakpoints[[1, -1]]
+    begin, end = (0.0, period) if not law.by_state else law.breakpoints[[1, -1]]
     starts = begin + np.arange(parts) * (end - begin) / parts
     demanded, limits = remove_limits(law)
     finer, rows = demanded.split(starts), demanded.table.shape[0]

@@ -26,12 +26,16 @@ def law_functions(law: Law) -> list[ca.Function]:
 
 
 def list_law_functions(law: PlanarLaw) -> list[ca.Function]:
-    """Return the Functions of a law to write: the torque of each part, and the latch if it has latched values."""
+    """Return the Functions of a law to write: torque and phase variable of each part, and the latch of its values."""
     functions = []
     for number, part in enumerate(law.parts):
         inputs = part.torque.sx_in()
         torque = ca.densify(part.torque.call(inputs)[0])
         functions.append(ca.Function(f"torque_{number}", inputs, [torque], part.torque.name_in(), ["torque"]))
+        if part.phase_variable is not None:
+            q, v = part.phase_variable.sx_in()
+            value = ca.densify(part.phase_variable(q, v))
+            functions.append(ca.Function(f"phase_{number}", [q, v], [value], ["q", "v"], ["phase"]))
     return [*functions, law.parts[0].memory.latch] if law.latched else functions
 
 

@@ -3,10 +3,11 @@
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.export.c_controller import initialiser
 from gaitopt.export.planar_impulses import write_c_impulse_header, write_c_impulse_source
-from gaitopt.export.planar_python import list_matrices, list_sections
+from gaitopt.export.planar_python import list_endings, list_matrices, list_sections
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import comment_line
@@ -28,12 +29,13 @@ def write_planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             f"{_begin_signature(prefix)};",
             "/* Call it after every other impact of a contact. */",
             f"{_impact_signature(prefix)};",
+            *_describe_endings(prefix, robot, law),
             "/* Torque at a sample: clock [s] since the period began. */",
             f"{_step_signature(prefix)};",
             "/* Controller without a structure, for a C Caller block or an S-function: the caller owns all arrays.",
             f" * state and next have {_state_size(prefix)} entries, zero before the first sample.",
             " * event is 1 at the first sample and after every impact that ends a period, 2 after every other impact,",
-            " * otherwise 0. */",
+            f" * {'3 at the events of pass_ending, ' if any(law.endings) else ''}otherwise 0. */",
             f"#define {_state_size(prefix)} {3 + _latched_size(law)}",
             f"{_update_signature(prefix)};",
             *write_c_impulse_header(prefix, robot, law),
@@ -54,16 +56,18 @@ def write_planar_source(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
         "values": _latched_size(law),
         "begin": _begin_signature(prefix),
         "impact": _impact_signature(prefix),
+        "ending": _ending_signature(prefix) if any(law.endings) else f"static {_ending_signature(prefix)}",
         "step": _step_signature(prefix),
         "update": _update_signature(prefix),
     }
     latch = f"{prefix}_latch(q, v, table_0[0], state->latched);" if law.latched else "(void)q;\n  (void)v;"
-    cases = "\n".join(_case(prefix, number, part.table.shape[1]) for number, part in enumerate(law.parts))
+    cases = "\n".join(_case(prefix, number, part) for number, part in enumerate(law.parts))
     return "\n".join(
         [
             *(_tables(number, part.breakpoints, part.table.T) for number, part in enumerate(law.parts)),
             f"static const double exchange_q[{robot.n_q**2}] = {initialiser(_rows(coordinates))};",
             f"static const double exchange_u[{max(robot.n_u**2, 1)}] = {initialiser(_rows(actuators))};",
+            f"static const int ends_without_impact[{len(law.parts)}] = {{{_list_flags(law)}}};",
             _CONTROLLER.format(**names, latch=latch, cases=cases),
             *write_c_impulse_source(prefix, robot, law),
         ]
@@ -84,9 +88,34 @@ def _tables(number: int, breakpoints: Array, table: Array) -> str:
     )
 
 
-def _case(prefix: str, number: int, pieces: int) -> str:
+def _describe_endings(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> list[str]:
+    """Return the declaration of the function that ends a part without impact; empty without such parts."""
+    if not any(law.endings):
+        return []
+    lines = [
+        comment_line(f" *   part {part}: {' or, with exchanged legs, '.join(dict.fromkeys(events))}")
+        for part, events in enumerate(list_endings(robot, law))
+        if events is not None
+    ]
+    return [
+        "/* Call it at the event that ends the current part (state->part) without impact:",
+        *lines,
+        " * In these parts the function above has no effect. */",
+        f"{_ending_signature(prefix)};",
+    ]
+
+
+def _list_flags(law: PlanarLaw) -> str:
+    return ", ".join(str(int(law.ending(part) is not None)) for part in range(len(law.parts)))
+
+
+def _case(prefix: str, number: int, part: Law) -> str:
+    measure = "measure = clock;"
+    if part.phase_variable is not None:
+        measure = f"{prefix}_phase_{number}(q, v, &measure);"
     return f"""    case {number}:
-      piece = {prefix}_piece(breakpoints_{number}, {pieces}, clock);
+      {measure}
+      piece = {prefix}_piece(breakpoints_{number}, {part.table.shape[1]}, measure);
       {prefix}_torque_{number}(&clock, q, v, state->latched, &slide, table_{number}[piece], torque);
       break;"""
 
@@ -128,13 +157,18 @@ static int {prefix}_exchanged(const {prefix}_state *state) {{
 }}
 
 {impact} {{
-  if (state->part < {parts} - 1) ++state->part;
+  if (!ends_without_impact[state->part] && state->part < {parts} - 1) ++state->part;
+}}
+
+{ending} {{
+  if (ends_without_impact[state->part] && state->part < {parts} - 1) ++state->part;
 }}
 
 {step} {{
   double planned_q[{n}], planned_v[{n}], planned_torque[{m}];
   const double slide = 0;
   const int exchanged = {prefix}_exchanged(state);
+  double measure;
   int piece, i;
   if (exchanged) {{
     {prefix}_exchange(exchange_q, {n}, q, planned_q);
@@ -162,6 +196,7 @@ static int {prefix}_exchanged(const {prefix}_state *state) {{
   next[0] = event == 1 ? time : state[0];
   if (event == 1) {prefix}_begin(&memory, q, v);
   if (event == 2) {prefix}_impact(&memory);
+  if (event == 3) {prefix}_pass_ending(&memory);
   {prefix}_step(&memory, time - next[0], q, v, torque);
   next[1] = memory.part;
   next[2] = memory.periods;
@@ -184,6 +219,10 @@ def _begin_signature(prefix: str) -> str:
 
 def _impact_signature(prefix: str) -> str:
     return f"void {prefix}_impact({prefix}_state *state)"
+
+
+def _ending_signature(prefix: str) -> str:
+    return f"void {prefix}_pass_ending({prefix}_state *state)"
 
 
 def _step_signature(prefix: str) -> str:

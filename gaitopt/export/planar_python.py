@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.export.c_controller import list_law_functions
 from gaitopt.export.planar_impulses import write_python_impulses
@@ -27,6 +28,23 @@ def list_matrices(robot: PlanarRobot) -> tuple[ca.DM, ca.DM]:
     return ca.DM(mirror.coordinates), ca.DM(mirror.actuators.T)
 
 
+def list_endings(robot: PlanarRobot, law: PlanarLaw) -> list[tuple[str, str] | None]:
+    """Return the event without impact that ends each part, with the legs of the plan and with exchanged legs.
+
+    It is None for a part that ends with an impact.
+    """
+    names, mirror, endings = robot.contact_names, robot.mirror, list[tuple[str, str] | None]()
+    for part in range(len(law.parts)):
+        ending = law.ending(part)
+        if ending is None:
+            endings.append(None)
+            continue
+        contact, _, happens = ending.rpartition(" ")
+        other = contact if mirror is None else names[mirror.contacts[names.index(contact)]]
+        endings.append((ending, f"{other} {happens}"))
+    return endings
+
+
 def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
     """Return the text of the module."""
     coordinates, actuators = (np.array(matrix) for matrix in list_matrices(robot))
@@ -42,6 +60,7 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
             latched=write_literal(", ".join(law.latched) or "none"),
         ),
         f"SECTIONS = {list_sections(robot, law)!r}",
+        f"ENDINGS = {list_endings(robot, law)!r}",
         f"HAS_EXCHANGE = {robot.mirror is not None}",
         f"EXCHANGE_Q = {write_array(coordinates)}.reshape({robot.n_q}, {robot.n_q})",
         f"EXCHANGE_U = {write_array(actuators)}.reshape({robot.n_u}, {robot.n_u})",
@@ -50,6 +69,7 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
         *([impulses] if impulses else []),
         *(f"\n\n{write_function(function, f'_{function.name()}')}" for function in list_law_functions(law)),
         f"\n\nTORQUES = [{', '.join(f'_torque_{number}' for number in range(len(law.parts)))}]",
+        f"PHASES = [{', '.join(_name_phase(number, part) for number, part in enumerate(law.parts))}]",
         _CONTROLLER.format(
             values=len(law.latched),
             latch="self.latched = _latch(*self._exchange(q, v), TABLES[0][0].tolist())[0]"
@@ -59,6 +79,10 @@ def write_planar_module(robot: PlanarRobot, law: PlanarLaw) -> str:
         ),
     ]
     return "\n".join(parts)
+
+
+def _name_phase(number: int, part: Law) -> str:
+    return "None" if part.phase_variable is None else f"_phase_{number}"
 
 
 def join_units(names: tuple[str, ...], units: tuple[str, ...]) -> str:
@@ -102,14 +126,30 @@ class Controller:
 
     def impact(self):
         """Continue with the next part of the period: call it after every other impact of a contact."""
-        self.part = min(self.part + 1, len(TABLES) - 1)
+        if ENDINGS[self.part] is None:
+            self.part = min(self.part + 1, len(TABLES) - 1)
+
+    @property
+    def ending(self):
+        """Event that ends the current part without impact, such as a contact that opens; None if an impact ends it."""
+        events = ENDINGS[self.part]
+        return None if events is None else events[bool(self.exchanged)]
+
+    def pass_ending(self):
+        """Continue with the next part of the period: call it at the event `ending`."""
+        if ENDINGS[self.part] is not None:
+            self.part = min(self.part + 1, len(TABLES) - 1)
 
     def step(self, clock, q, v):
-        """Return the torques, shape (n_u,), at the time since the last call of `begin` [s]."""
-        clock, breakpoints = float(clock), BREAKPOINTS[self.part]
-        piece = max(int(np.searchsorted(breakpoints, clock, side="right")) - 1, 0)
+        """Return the torques, shape (n_u,), at the time since the last call of `begin` [s].
+
+        A part of the law with a phase variable does not depend on the time.
+        """
+        clock, state, phase = float(clock), self._exchange(q, v), PHASES[self.part]
+        measure = clock if phase is None else phase(*state)[0][0]
+        piece = max(int(np.searchsorted(BREAKPOINTS[self.part], measure, side="right")) - 1, 0)
         data = TABLES[self.part][piece].tolist()
-        torque = np.array(TORQUES[self.part]([clock], *self._exchange(q, v), self.latched, [0.0], data)[0])
+        torque = np.array(TORQUES[self.part]([clock], *state, self.latched, [0.0], data)[0])
         return EXCHANGE_U @ torque if self.exchanged else torque
 {impulses}
     def _exchange(self, q, v):

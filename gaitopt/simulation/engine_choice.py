@@ -2,7 +2,7 @@
 
 import functools
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import casadi as ca
 
@@ -111,6 +111,34 @@ def planar_engine_named(name: str = "auto") -> "PlanarEngine":
         heyoka_module()
         return PlanarTaylorEngine()
     raise InputError(f"There is no engine {name!r}. {suggest(name, NAMES)}")
+
+
+def choose_engine(engine: "Engine | PlanarEngine | None", law: Law, robot: Robot) -> Engine:
+    """Return an engine of walkers with one foot on the ground: the given one, or the one of the same name.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> from gaitopt.control import passive
+    >>> choose_engine(planar_engine_named("scipy"), passive(compass_biped()), compass_biped()).name
+    'scipy'
+    """
+    if engine is None or hasattr(engine, "flow"):
+        return cast("Engine | None", engine) or default_engine(law, robot)
+    return engine_named(engine.name, law, robot)
+
+
+def choose_planar_engine(engine: "Engine | PlanarEngine | None") -> "PlanarEngine":
+    """Return an engine of robots with several contacts: the given one, or the one of the same name; scipy for None.
+
+    Examples
+    --------
+    >>> choose_planar_engine(ScipyEngine()).name
+    'scipy'
+    """
+    if hasattr(engine, "begin"):
+        return cast("PlanarEngine", engine)
+    return planar_engine_named("auto" if engine is None else engine.name)
 
 
 def faster_walks(engine: Engine) -> str | None:

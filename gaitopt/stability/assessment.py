@@ -11,29 +11,30 @@ from gaitopt.errors import InputError
 from gaitopt.motion.gait import Gait, check_gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import planar_engine_named
+from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import find_cycle
 from gaitopt.stability.section import Section
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 
 
 @overload
-def assess_stability(gait: Gait, law: Law | None = None, *, engine: Engine | None = None) -> Cycle: ...
+def assess_stability(gait: Gait, law: Law | None = None, *, engine: "Engine | PlanarEngine | None" = None) -> Cycle: ...
 @overload
 def assess_stability(
-    gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Engine | None = None
+    gait: PlanarGait, law: PlanarLaw | None = None, *, engine: "Engine | PlanarEngine | None" = None
 ) -> "PlanarCycle": ...
 @overload
 def assess_stability(
-    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
+    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: "Engine | PlanarEngine | None" = None
 ) -> "Cycle | PlanarCycle": ...
 @check_arguments
 def assess_stability(
-    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: Engine | None = None
+    gait: AnyGait, law: Law | PlanarLaw | None = None, *, engine: "Engine | PlanarEngine | None" = None
 ) -> "Cycle | PlanarCycle":
     """Return the periodic gait of the controlled walker near an optimised gait, with its exact Floquet multipliers.
 
@@ -42,8 +43,9 @@ def assess_stability(
     gait : Gait or PlanarGait
     law : Law or PlanarLaw, optional
         By default the gait's torques in open loop, with a clock reset at touchdown.
-    engine : Engine, optional
-        A gait of a robot with several contacts is assessed with the engine of the same name.
+    engine : Engine or PlanarEngine, optional
+        By default the fastest installed engine that supports the law; for robots with several contacts, scipy.  A gait
+        is assessed with the engine of the same name if the engine is one of other robots.
 
     Returns
     -------
@@ -67,7 +69,7 @@ def assess_stability(
             raise InputError(f"A gait of a robot with several contacts needs a PlanarLaw, got the Law {law.name!r}.")
         from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 
-        return assess_planar(gait, law, engine=planar_engine_named("auto" if engine is None else engine.name))
+        return assess_planar(gait, law, engine=choose_planar_engine(engine))
     if isinstance(law, PlanarLaw):
         raise InputError(f"A gait with one foot on the ground needs a Law, got the PlanarLaw {law.name!r}.")
     check_gait(gait)
@@ -75,7 +77,8 @@ def assess_stability(
     robot = gait.robot
     law = feedforward(robot, gait.motion) if law is None else law
     check_law(law)
-    walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=engine)
+    chosen = choose_engine(engine, law, robot)
+    walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=chosen)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     cycle = find_cycle(walker, Section(robot, walker.p, sliding=True).project(state))

@@ -30,7 +30,7 @@ class FamilySettings:
     ----------
     torque_limit : float or mapping of actuator to float [N m]
     stance_angle : bool
-        Whether the stance angle replaces the clock.
+        Whether the stance angle replaces the clock; in flight, the velocity of the center of mass.
     fixed : mapping of str to float
         Values of gains that are not tuned.
 
@@ -130,10 +130,22 @@ class ControllerFamily:
 
         return replace(self, law=limited_law, settings=replace(self.settings, torque_limit=limit))
 
-    def by_stance_angle(self, robot: Robot, motion: Motion) -> "ControllerFamily":
-        """Return the family of the same laws by the stance angle; see :func:`gaitopt.by_stance_angle`."""
-        settings = replace(self.settings, stance_angle=True)
-        return replace(self, law=lambda values: by_stance_angle(robot, motion, self.law(values)), settings=settings)
+    def by_stance_angle(self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait) -> "ControllerFamily":
+        """Return the family of the same laws by the stance angle.
+
+        See :func:`gaitopt.by_stance_angle`, and :func:`gaitopt.control.by_phase_variable` for a PlanarGait.
+        """
+
+        def law_by_angle(values: Mapping[str, float]) -> Any:
+            if isinstance(motion, PlanarGait):
+                from gaitopt.control.planar_laws.planar_phase_variable import by_phase_variable
+
+                return by_phase_variable(motion, self.law(values))
+            if not isinstance(robot, Robot):
+                raise InputError("The laws of a robot with several contacts need its PlanarGait, not its motion.")
+            return by_stance_angle(robot, motion, self.law(values))
+
+        return replace(self, law=law_by_angle, settings=replace(self.settings, stance_angle=True))
 
 
 def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:

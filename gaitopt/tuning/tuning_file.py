@@ -90,8 +90,6 @@ class TunedGains:
         settings = self.settings
         family = family or controller_family_named(self.family, robot, motion, torque_limit=settings.torque_limit)
         if settings.stance_angle and not family.settings.stance_angle:
-            if not (isinstance(robot, Robot) and isinstance(motion, Motion)):
-                raise InputError("A law based on the stance angle is not available for robots with several contacts.")
             family = family.by_stance_angle(robot, motion)
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if missing:

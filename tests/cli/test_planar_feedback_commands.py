@@ -2,18 +2,28 @@
 
 import functools
 import json
+import runpy
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from gaitopt import Collocation, save
 from gaitopt.cli.app import app
 from gaitopt.cli.planar_law_option import PlanarLawOption
+from gaitopt.control import by_phase_variable
 from gaitopt.errors import InputError
 from gaitopt.ocp import solve_planar
 from gaitopt.stability import assess_planar
 from gaitopt.stability.recovery import PushTest
-from gaitopt.tuning import GainSearchOptions, controller_family_named, load_tuning, save_tuning, tune_feedback
+from gaitopt.tuning import (
+    GainSearchOptions,
+    controller_family_named,
+    load_tuning,
+    planar_lqr,
+    save_tuning,
+    tune_feedback,
+)
 from tests.ocp.multicontact_examples import walk
 
 
@@ -107,6 +117,31 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
     assert (len(facts["survived"]), facts["basin_after"]["starts"]) == (6, 2)
 
 
+@pytest.mark.slow
+def test_a_law_by_the_stance_angle_is_tuned_stored_simulated_and_exported(gait, file, tmp_path, monkeypatch):
+    quick = functools.partial(GainSearchOptions, samples=0, starts=1, evaluations=2)
+    monkeypatch.setattr("gaitopt.tuning.gain_search.GainSearchOptions", quick)
+    gains, law = tmp_path / "gains.json", by_phase_variable(gait, planar_lqr(gait))
+    result = run("tune", file, "--law", "lqr", "--stance-angle", "--starts", 1, "-o", gains, "--json")
+    assert result.exit_code == 0, result.output
+    stored = json.loads(gains.read_text())
+    assert stored["stance_angle"] is True
+    (assessed,) = json.loads(run("stability", file, "--law", gains, "--json").stdout)["gaits"]
+    assert assessed["radius"] == pytest.approx(stored["radius_after"], rel=1e-6)
+    angle, controller = ("--law", "lqr", "--stance-angle"), tmp_path / "controller.py"
+    rate = gait.motion.segments[0].v[gait.robot.coordinates.index("a"), 0]
+    result = run("simulate", file, *angle, "--steps", 2, "--state", f"a_rate={rate - 0.01}", "--json")
+    assert json.loads(result.stdout)["stop"] == "steps_done"
+    result = run("basin", file, *angle, "--over", f"a_rate={rate - 0.01},{rate}", "--workers", 1, "--json")
+    assert json.loads(result.stdout)["saved_gait"] == 1.0
+    assert run("export", file, *angle, "-o", controller).exit_code == 0
+    q, v = (part[:, 0].tolist() for part in (gait.motion.segments[0].q, gait.motion.segments[0].v))
+    exported = runpy.run_path(str(controller))["Controller"]()
+    exported.begin(q, v)
+    expected = law.parts[0].torque_at(0.0, np.array(q), np.array(v))
+    assert exported.step(5.0, q, v) == pytest.approx(expected, rel=1e-10)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -115,7 +150,6 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
         (("simulate", "--state", "a=0.3", "--state", "b=0.2", "--state", "y=1"), "No state near the gait"),
         (("simulate", "--state", "a=nan"), "must have finite values, got a = nan"),
         (("tune", "--law", "push_off"), "'push_off' is not available for robots with several contacts"),
-        (("tune", "--stance-angle"), "--stance-angle is not accepted for a robot with several contacts"),
         (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),
         (
             ("tune", "--law", "step_lqr", "--torque-limit", 5),

@@ -82,6 +82,9 @@ def test_the_engine_heyoka_is_stated_and_used():
     result = run("simulate", HOPPER, "--engine", "heyoka", "--steps", 2, "--json")
     facts = json.loads(result.stdout)
     assert (result.exit_code, facts["engine"], facts["steps"]) == (0, "heyoka", 2)
+    result = run("basin", HOPPER, "--over", "body_rate=-1.9,-1.8", "--steps", 2, "--engine", "heyoka", "--json")
+    facts = json.loads(result.stdout)
+    assert (result.exit_code, facts["engine"], facts["fractions"]) == (0, "heyoka", {"unsettled": 1.0})
 
 
 def test_the_table_lists_sequence_and_multipliers():
@@ -98,10 +101,8 @@ def test_the_table_lists_sequence_and_multipliers():
         (("stability", HOPPER, "--steps", 2), "--steps must be 1 for a robot with several contacts, got 2"),
         (("stability", HOPPER, "--engine", "heyoca"), "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (("simulate", HOPPER, "--engine", "heyoca"), "There is no engine 'heyoca'. Did you mean 'heyoka'"),
-        (
-            ("basin", HOPPER, "--over", "body=0.6,0.7", "--engine", "heyoka"),
-            "--engine must be auto or scipy for a robot with several contacts",
-        ),
+        (("basin", HOPPER, "--over", "body=0.6,0.7", "--engine", "heyoca"), "There is no engine 'heyoca'. Did you"),
+        (("trace", HOPPER, "--over", "thrust=0.02:0.03", "--engine", "heyoca"), "There is no engine 'heyoca'. Did you"),
         (("basin", HOPPER, "--over", "knee=0.6:0.7:2"), "has no coordinate or parameter 'knee'"),
         (("basin", HOPPER, "--over", "body=0.6,0.7", "--law", "lqr"), "--law is accepted for a saved gait only"),
         (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is set by both --over and --state"),
@@ -128,9 +129,11 @@ def test_an_optimal_gait_is_assessed_in_open_loop_and_under_a_law():
     monopod = ("problems/monopod.py", *(word for setting in settings for word in ("--set", setting)))
     (open_loop,), (controlled,) = gaits_of(*monopod), gaits_of(*monopod, "--law", "step-lqr")
     (along,) = gaits_of(*monopod, "--law", "lqr", "--torque-limit", 1000)
+    (by_angle,) = gaits_of(*monopod, "--law", "lqr", "--stance-angle")
     assert open_loop["radius"] > 3
     assert controlled["radius"] < 0.5
     assert along["radius"] < 0.5
+    assert 0.5 < by_angle["radius"] < 0.9
     assert set(open_loop) == set(controlled)
     assert controlled["forces"]["foot"]["largest_normal"] > 100
 
@@ -150,7 +153,6 @@ def test_a_saved_gait_is_assessed_like_that_of_a_script(hop_gait, tmp_path):
     ("options", "message"),
     [
         (("--law", "phase-pd"), "There is no feedback law 'phase-pd' for a robot with several contacts"),
-        (("--stance-angle",), "--stance-angle is not accepted"),
         (("--gain", "hip_stiffness=1"), "has no gains and no torque limit to set"),
         (("--law", "lqr", "--gain", "hip_stiffness=1"), "has no gains to set"),
         (("--law", "joint-pd", "--gain", "knee_stiffness=1"), "has no gain 'knee_stiffness'"),

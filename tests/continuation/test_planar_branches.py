@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 
+import attrs
 import numpy as np
 import pytest
 
@@ -13,6 +14,7 @@ from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_
 from gaitopt.continuation.gait_source import make_gait_source
 from gaitopt.continuation.planar_changes import classify_planar_change, ends_early
 from gaitopt.model import compass_with_two_feet
+from gaitopt.simulation import default_engine, planar_engine_named
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.stability import PlanarWalkProblem, assess_stability
 from gaitopt.stability.planar_gaits.planar_linearisation import event_derivative
@@ -57,6 +59,18 @@ def test_the_hopper_follows_the_closed_form(hopper_diagram):
     root = np.sqrt((body * gravity) ** 2 + 2 * stiffness * body * gravity * height)
     assert branch.multipliers[:, 0].real == pytest.approx(ratio**2 * (1 + stiffness * branch.values / root), abs=1e-9)
     assert set(branch.sequences) == {"sole closed > sole closed | full length latched | sole closed"}
+
+
+def test_the_fast_engine_follows_the_same_hops(hopper, hopper_diagram):
+    pytest.importorskip("heyoka")
+    fast = attrs.evolve(ONE_START, engine=planar_engine_named("heyoka"))
+    (branch,) = trace(hopper, {"thrust": (0.02, 0.03)}, options=fast).branches
+    (reference,) = hopper_diagram.branches
+    assert branch.sequences == reference.sequences
+    assert branch.values[[0, -1]] == pytest.approx(reference.values[[0, -1]])
+    for row in (0, -1):
+        assert branch.states[row] == pytest.approx(reference.states[row], abs=1e-8)
+        assert branch.multipliers[row] == pytest.approx(reference.multipliers[row], abs=1e-8)
 
 
 def test_a_diagram_of_a_planar_robot_is_read_as_it_was_written(hopper_diagram, tmp_path):
@@ -114,6 +128,25 @@ def test_two_feet_slip_where_one_contact_at_a_time_slips(two_feet_diagram):
     assert onset.value == pytest.approx(0.174918491, abs=1e-8)
     assert onset.after == "foot A slip+ > foot A stick | foot B stick"
     assert np.abs(onset.multipliers_before) == pytest.approx(np.abs(onset.multipliers_after), abs=1e-5)
+
+
+@pytest.mark.slow
+def test_the_fast_engine_follows_the_same_branch(two_feet, two_feet_diagram):
+    pytest.importorskip("heyoka")
+    fast = attrs.evolve(ONE_START, engine=default_engine())  # which names the engine of robots with several contacts
+    assert fast.engine.name == "heyoka"
+    (branch,) = trace(two_feet, {"friction": (0.1755, 0.1743)}, options=fast).branches
+    (reference,) = two_feet_diagram.branches
+    assert branch.values[[0, -1]] == pytest.approx(reference.values[[0, -1]])
+    for row in (0, -1):
+        assert branch.states[row] == pytest.approx(reference.states[row], abs=1e-8)
+        assert np.abs(branch.multipliers[row]) == pytest.approx(
+            np.abs(reference.multipliers[row]), abs=1e-8, nan_ok=True
+        )
+    (onset,), (other,) = branch.special, reference.special
+    assert (onset.kind, onset.after) == (other.kind, other.after)
+    assert onset.value == pytest.approx(other.value, abs=1e-9)
+    assert np.abs(onset.multipliers_after) == pytest.approx(np.abs(other.multipliers_after), abs=1e-8)
 
 
 ONSET_AT_TOUCHDOWN = 0.17308079724

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, InputError, feedforward
-from gaitopt.control import PlanarLaw, planar_feedforward, planar_joint_pd
+from gaitopt.control import PlanarLaw, by_phase_variable, planar_feedforward, planar_joint_pd
 from gaitopt.control.planar_laws.planar_law import PlannedImpulses
 from gaitopt.export import write_python
 from gaitopt.model import compass_with_two_feet
 from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.ocp import PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.simulation.planar_simulation.planar_torque import make_torque
-from gaitopt.tuning import planar_step_lqr
+from gaitopt.tuning import planar_lqr, planar_step_lqr
 from tests.export.test_c_code import build, call, compiled, pointer
 from tests.export.test_python_controller import run_module
 
@@ -57,6 +57,7 @@ LAWS = {
     "feedforward": planar_feedforward,
     "two parts": two_parts,
     "step_lqr": planar_step_lqr,
+    "stance angle": lambda gait: by_phase_variable(gait, planar_lqr(gait)),
 }
 
 
@@ -176,6 +177,59 @@ def test_the_c_controller_has_the_impulses_of_the_simulator(tmp_path, walk, rng)
         (acting,) = [name for name, values in expected.items() if values.any()]
         assert names[int(contact[0])] == acting
         assert np.array([before, after]).tolist() == expected[acting].tolist()
+
+
+def by_angle(gait):
+    """Return a law by the stance angle whose first part ends at the opening of the foot, and its samples of a period.
+
+    A sample is an event (1 begins the period, 2 an impact, 3 the opening), a state and the torque of the simulator.
+    """
+    law, robot = by_phase_variable(gait, planar_feedforward(gait)), gait.robot
+    source, samples = make_torque(robot, law), []
+    stance, flight = gait.motion.segments
+    memory = source.start(0.0, stance.q[:, 0], stance.v[:, 0])
+    for event, segment, k in ((1, stance, 0), (0, stance, 4), (2, stance, 5), (3, flight, 0), (0, flight, 7)):
+        if event == 2:
+            memory = source.pass_impact(memory, ["hip point"], 0.0, segment.q[:, k], segment.v[:, k])
+        if event == 3:
+            memory = source.pass_event(memory, ("foot opens",))
+        q, v = segment.q[:, k].copy(), segment.v[:, k].copy()
+        samples.append((event, q, v, source.phase_torque(memory).value(9.0, q, v).copy()))
+    assert memory.part == 1
+    return law, samples
+
+
+def test_the_python_controller_passes_the_opening_of_a_foot(tmp_path, hop_gait):
+    law, samples = by_angle(hop_gait)
+    controller = run_module(write_python(hop_gait.robot, law, tmp_path / "hop.py"))["Controller"]()
+    endings = []
+    for event, q, v, torque in samples:
+        if event == 1:
+            controller.begin(q, v)
+        elif event == 2:
+            controller.impact()  # has no effect: the part does not end with an impact
+        elif event == 3:
+            endings.append(controller.ending)
+            controller.pass_ending()
+        assert controller.step(9.0, q, v) == pytest.approx(torque, rel=1e-9, abs=1e-9)
+    assert [*endings, controller.ending] == ["foot opens", None]
+
+
+@compiled
+@pytest.mark.slow
+def test_the_c_controller_passes_the_opening_of_a_foot(tmp_path, hop_gait):
+    law, samples = by_angle(hop_gait)
+    library = build(hop_gait.robot, law, hop_gait.motion.parameters, tmp_path, "hopper")
+    library.hopper_update.restype = None
+    state, following, torque = np.zeros(4), np.zeros(4), np.zeros(2)
+    for event, q, v, expected in samples:
+        outputs = [array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for array in (following, torque)]
+        library.hopper_update(
+            pointer(state), ctypes.c_double(9.0), ctypes.c_double(event), pointer(q), pointer(v), *outputs
+        )
+        assert torque == pytest.approx(expected, rel=1e-9, abs=1e-9)
+        state[:] = following
+    assert "part 0: foot opens" in (tmp_path / "hopper.h").read_text()
 
 
 def test_code_without_impulses_has_no_table(tmp_path, walk):

@@ -11,9 +11,9 @@ from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
 from gaitopt.simulation import place_planar, simulate_planar
+from gaitopt.simulation.planar_simulation.phase_torque import LawState
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
-from gaitopt.simulation.planar_simulation.planar_torque import LawState
 
 from .planar_examples import box, rod
 

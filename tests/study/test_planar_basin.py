@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 
 from gaitopt import Collocation, basin
+from gaitopt.cli.script import call_script
 from gaitopt.control import passive, planar_feedforward
 from gaitopt.errors import InputError
 from gaitopt.model import compass_biped
 from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.ocp import solve_planar
 from gaitopt.plot.basin_figure import plot_basin
+from gaitopt.simulation import ScipyEngine, planar_engine_named
+from gaitopt.simulation.planar_simulation import planar_walker
 from gaitopt.stability import PlanarWalkProblem, assess_planar
 from gaitopt.study import SettlingCriterion, ending_labels, load_basin, locate_basin_edges
 from gaitopt.study.basins.basin_file import basin_key
+from tests.conftest import ROOT
 from tests.ocp.multicontact_examples import walk
 
 
@@ -76,3 +80,36 @@ def test_a_basin_of_these_robots_refuses_other_laws_and_coordinates(gait):
         basin(gait, {}, {"a": [0.1]}, law=passive(compass_biped()))
     with pytest.raises(InputError, match="needs a Law, got the PlanarLaw"):
         basin(compass_biped(), {}, {"th1": [0.1]}, law=planar_feedforward(gait))
+
+
+def walk_of_script(name):
+    return call_script(ROOT / "problems" / f"{name}.py", [])
+
+
+STARTS = {"hopper": {"body_rate": [-2.2, -1.4]}, "round_feet": {"a_rate": [-0.28, -0.24], "b_rate": [-0.22, -0.15]}}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STARTS)
+def test_both_engines_find_the_same_basin(name, monkeypatch):
+    pytest.importorskip("heyoka")
+    problem, criterion = walk_of_script(name), SettlingCriterion(steps=30, tolerance=1e-3)
+    fast = basin(problem, {}, STARTS[name], criterion=criterion, engine=planar_engine_named("heyoka"))
+    monkeypatch.setattr(planar_walker, "TOLERANCE", 1e-12)  # at the default, scipy differs by up to 3e-6
+    reference = basin(problem, {}, STARTS[name], criterion=criterion, engine=ScipyEngine())
+    assert ending_labels(fast).tolist() == ending_labels(reference).tolist()
+    assert fast.steps.values.tolist() == reference.steps.values.tolist()
+    np.testing.assert_allclose(fast.final.values, reference.final.values, atol=1e-8)
+
+
+def test_the_engine_of_a_basin_takes_all_its_steps():
+    steps = []
+
+    class Counted(type(planar_engine_named("scipy"))):
+        def begin(self, *arguments):
+            steps.append(arguments)
+            return super().begin(*arguments)
+
+    criterion = SettlingCriterion(steps=2)
+    basin(walk_of_script("hopper"), {}, {"body_rate": [-1.8]}, criterion=criterion, engine=Counted())
+    assert len(steps) > 10

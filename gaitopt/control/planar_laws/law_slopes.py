@@ -1,4 +1,4 @@
-"""Derivatives of a law's torque and of its latched values, as Functions."""
+"""Derivatives of a law's torque, of its latched values and of its phase variable, as Functions."""
 
 import casadi as ca
 
@@ -33,3 +33,16 @@ def latch_slope(latch: ca.Function) -> ca.Function:
     q, v, data = (ca.SX.sym(latch.name_in(i), latch.sparsity_in(i)) for i in range(3))
     slopes = [ca.jacobian(latch(q, v, data), symbol) for symbol in (q, v)]
     return ca.Function("latch_slope", [q, v, data], [ca.densify(ca.horzcat(*slopes))])
+
+
+def phase_slope(variable: ca.Function) -> ca.Function:
+    """Return (q, v) -> derivative of a phase variable with respect to (q, v), shape (1, 2 n_q).
+
+    Examples
+    --------
+    >>> q, v = ca.SX.sym("q", 2), ca.SX.sym("v", 2)
+    >>> phase_slope(ca.Function("phase", [q, v], [q[0] + 2 * v[1]]))([0, 0], [0, 0])
+    DM([[1, 0, 0, 2]])
+    """
+    inputs = [ca.SX.sym(variable.name_in(i), variable.sparsity_in(i)) for i in range(2)]
+    return ca.Function("phase_slope", inputs, [ca.densify(ca.jacobian(variable(*inputs), ca.vertcat(*inputs)))])

@@ -148,7 +148,7 @@ def planar_step_to_step(
     Raises
     ------
     InputError
-        If the law has limits or latched values, or the gains have another shape.
+        If the law has limits, latched values or a phase variable, or the gains have another shape.
 
     Examples
     --------
@@ -161,6 +161,11 @@ def planar_step_to_step(
     >>> added.latched, added.parts[0].breakpoints.round(2).tolist()
     (('hip_0', 'hip_1'), [0.0, 0.1, 0.2, 0.3, 0.4])
     """
+    if any(part.by_state for part in law.parts):
+        raise InputError(
+            f"Step-to-step feedback adds torques in windows of time, but the law {law.name!r} has a phase variable; "
+            "add them to the law of the time, and apply by_phase_variable to the result."
+        )
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     names = [f"{actuator}_{window}" for window in range(windows) for actuator in actuators]
     if law.latched or any(part.limited for part in law.parts):

@@ -27,7 +27,8 @@ class PlanarLaw:
     """A control law of a planar robot's periodic motion.
 
     The clock is the time since the section, the impact that ends a period.  There it is reset, new values are latched,
-    and the legs are exchanged if the robot has a mirror.  Any other impact leads to the next part.
+    and the legs are exchanged if the robot has a mirror.  Any other impact, or the stated event, ends a part.  A phase
+    variable may replace the clock of a part; see :func:`by_phase_variable`.
 
     Attributes
     ----------
@@ -39,6 +40,9 @@ class PlanarLaw:
         same latched values, which the first one latches.
     impulses : tuple of PlannedImpulses or None
         Impulses of the actuators at the impact that ends each part, None for a part without any; empty if no part has.
+    endings : tuple of str or None
+        Event without impact that ends each part, such as ``"foot opens"``; None for a part that ends with an impact.
+        Empty if all parts do.
 
     Raises
     ------
@@ -57,6 +61,7 @@ class PlanarLaw:
     section: str
     parts: tuple[Law, ...]
     impulses: tuple[PlannedImpulses | None, ...] = ()
+    endings: tuple[str | None, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.parts:
@@ -65,6 +70,11 @@ class PlanarLaw:
             raise InputError(
                 f"The law {self.name!r} has {len(self.parts)} parts, but {len(self.impulses)} entries of impulses; "
                 "accepted are as many as parts, or none."
+            )
+        if len(self.endings) not in (0, len(self.parts)):
+            raise InputError(
+                f"The law {self.name!r} has {len(self.parts)} parts, but {len(self.endings)} endings; accepted are as "
+                "many as parts, or none."
             )
         for part in self.parts:
             if part.memory.events or part.index is not None:
@@ -86,6 +96,10 @@ class PlanarLaw:
     def latched(self) -> tuple[str, ...]:
         """Names of the latched values."""
         return self.parts[0].memory.values
+
+    def ending(self, part: int) -> str | None:
+        """Return the event without impact that ends a part; None if an impact ends it."""
+        return self.endings[part] if self.endings else None
 
     @property
     def gain_values(self) -> dict[str, float]:

@@ -19,8 +19,8 @@ from gaitopt.simulation.planar_simulation.contact_resolution import ContactResol
 from gaitopt.simulation.planar_simulation.footholds import cross_piece, find_pieces, hits_step, is_uneven
 from gaitopt.simulation.planar_simulation.guard_watch import JAMS, OPENING_GAP, ZERO
 from gaitopt.simulation.planar_simulation.impact_passage import UNDETERMINED, ImpactPassage, pass_impact
+from gaitopt.simulation.planar_simulation.phase_torque import TorqueSource
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-from gaitopt.simulation.planar_simulation.planar_torque import TorqueSource
 from gaitopt.status import Stop
 
 MAX_ROUNDS = 5
@@ -143,7 +143,24 @@ class EventResolution:
         unchanged = after.contacts == before.contacts and after.pieces == before.pieces
         if not closing and unchanged and after.extended == before.extended:
             return self._name_stop(Stop.INCONSISTENT)  # the present modes end, and no others satisfy the friction law
-        return after, self._event(before, after, v, closing, passage)
+        return self._pass_event(before, after, v, closing, passage)
+
+    def _pass_event(
+        self,
+        before: PlanarState,
+        after: PlanarState,
+        v_minus: Array,
+        closing: list[int],
+        passage: ImpactPassage | None,
+    ) -> tuple[PlanarState, PlanarEvent] | Stop:
+        """Return the state with the law's memory after an event, and the event; another torque may change the modes."""
+        memory = self._source.pass_event(after.memory, self._names(before, after, closing))
+        if memory != after.memory:
+            chosen = self.choose(replace(after, memory=memory), after.closed, after.latched, {})
+            if isinstance(chosen, Stop):
+                return self._name_stop(chosen)
+            after = chosen
+        return after, self._event(before, after, v_minus, closing, passage)
 
     def _name_stop(self, stop: Stop) -> Stop:
         """Return the reason of a stop.

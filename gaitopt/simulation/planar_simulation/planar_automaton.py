@@ -10,17 +10,19 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.phase_system import Footing
+from gaitopt.model.planar.phase_system import Footing, GuardKind
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.event_location import spans_of
 from gaitopt.simulation.planar_simulation.event_resolution import EventResolution, name_jam
 from gaitopt.simulation.planar_simulation.guard_watch import ZERO, GuardWatch, LocatedGuard
+from gaitopt.simulation.planar_simulation.law_piece_watch import LawPieceWatch
+from gaitopt.simulation.planar_simulation.phase_torque import LawState, TorqueSource
 from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine, StepIntegrator
 from gaitopt.simulation.planar_simulation.planar_phase import RELATIVE, PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
-from gaitopt.simulation.planar_simulation.planar_torque import LawState, TorqueSource, make_torque
+from gaitopt.simulation.planar_simulation.planar_torque import make_torque
 from gaitopt.status import Stop
 
 MOST_PHASES = 50
@@ -165,35 +167,39 @@ class PlanarAutomaton:
         anchors = phase.anchors(state.y)
         y = np.concatenate([phase.project(state.y, anchors), np.zeros(phase.n_works)])
         watch = GuardWatch(phase, self.weight, state.time, y, self.well_posedness(state), self._short_slip)
-        times, states, short = [state.time], [y], 0
+        times, states, short, pieces = [state.time], [y], 0, LawPieceWatch(phase, y)
         while times[-1] < until:
-            corner = min(until, phase.source.next_corner(times[-1]))
+            pieces.hold(times[-1], len(times) - 1)
+            corner = min(until, phase.source.next_corner(times[-1]), pieces.exit)
             phase.source.hold_piece((times[-1], corner))
             integrator = self.engine.begin(phase, times[-1], states[-1], corner, self._tolerance)
-            for event in self._follow(phase, integrator, watch, (times, states)):
+            for event in self._follow(phase, integrator, (watch, pieces), (times, states)):
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
-                    return PlanarArc(state, np.array(times), np.array(states).T, event.kind)
+                    return _make_arc(state, times, states, pieces, ended_by=event.kind)
                 if self._exceeds(len(times)):
-                    return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
+                    return _make_arc(state, times, states, pieces, failed=True)
                 short = short + 1 if integrator.t - integrator.t_old < SHORT_STEP else 0
                 size = 1 + np.max(np.abs(states[-1][: 2 * phase.n_q]))
                 if short > MAX_SHORT_STEPS or phase.drift(states[-1], anchors) > DRIFT * size:
                     break
             states[-1] = phase.project(states[-1], anchors)
             if integrator.status == "failed" or short > MAX_SHORT_STEPS:
-                return PlanarArc(state, np.array(times), np.array(states).T, None, failed=True)
-        return PlanarArc(state, np.array(times), np.array(states).T, None)
+                return _make_arc(state, times, states, pieces, failed=True)
+        return _make_arc(state, times, states, pieces)
 
     def _follow(
         self,
         phase: PlanarPhase,
         integrator: StepIntegrator,
-        watch: GuardWatch,
+        watches: tuple[GuardWatch, LawPieceWatch],
         samples: tuple[list[float], list[Array]],
     ) -> Iterator[LocatedGuard | None]:
-        """Integrate step by step; yield the first event, or None after a step without an event."""
-        times, states = samples
+        """Integrate step by step; yield the first event, or None after a step without an event.
+
+        A step in which the law's phase variable leaves its piece is discarded, and the integration ends before it.
+        """
+        (times, states), (watch, pieces) = samples, watches
         while integrator.status == "running":
             integrator.step()
             if integrator.status == "failed":
@@ -202,6 +208,8 @@ class PlanarAutomaton:
             spans = spans_of(dense, self.engine.spans)
             instants = np.array([(sum(span) / 2, span[1]) for span in spans]).ravel()
             sampled = dense.at_times(instants)
+            if pieces.leaves(dense, instants, sampled):
+                return
             guards = self.engine.guards(phase, integrator, instants, sampled)
             for span, last, *values in zip(spans, sampled[1::2], guards[::2], guards[1::2], strict=True):
                 event = watch.first(dense, span, (values[0], values[1]))
@@ -216,6 +224,19 @@ class PlanarAutomaton:
                             times[-1], states[-1] = refined, y
                     break
             yield event
+
+
+def _make_arc(
+    state: PlanarState,
+    times: list[float],
+    states: list[Array],
+    pieces: LawPieceWatch,
+    *,
+    ended_by: GuardKind | None = None,
+    failed: bool = False,
+) -> PlanarArc:
+    changes = tuple(pieces.changes)
+    return PlanarArc(state, np.array(times), np.array(states).T, ended_by, failed=failed, law_pieces=changes)
 
 
 def _check_gaps(robot: PlanarRobot, gaps: Array) -> None:

@@ -15,16 +15,11 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
+from gaitopt.simulation.planar_simulation.phase_torque import LawState, PhaseTorque, TorqueSlope, TorqueSource
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, follow
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
-from gaitopt.simulation.planar_simulation.planar_torque import (
-    LawState,
-    PhaseTorque,
-    TorqueSlope,
-    TorqueSource,
-    make_torque,
-)
+from gaitopt.simulation.planar_simulation.planar_torque import make_torque
 from gaitopt.simulation.planar_simulation.planar_walker import (
     LONGEST,
     MOST_EVENTS,
@@ -67,6 +62,9 @@ class _ReadSource(TorqueSource):
         self, memory: LawState | None, closing: Iterable[str], time: float, q: Array, v: Array
     ) -> LawState | None:
         return self._inner.pass_impact(memory, closing, time, q, v)
+
+    def pass_event(self, memory: LawState | None, names: Iterable[str]) -> LawState | None:
+        return self._inner.pass_event(memory, names)
 
     def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
         return self._inner.impulses(memory, closing)

@@ -9,7 +9,7 @@ from gaitopt.model.planar.phase_system import Footing, PhaseSystem, make_phase_s
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.dormand_prince import DormandPrince, Rate
-from gaitopt.simulation.planar_simulation.planar_torque import PhaseTorque, TorqueSlope
+from gaitopt.simulation.planar_simulation.phase_torque import PhaseTorque, TorqueSlope
 
 RELATIVE, ABSOLUTE = 1e-13, 1e-15
 """Tolerances of the integration."""

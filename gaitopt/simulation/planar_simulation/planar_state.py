@@ -9,7 +9,7 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.motion.motion import Array
-from gaitopt.simulation.planar_simulation.planar_torque import LawState
+from gaitopt.simulation.planar_simulation.phase_torque import LawState
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +71,9 @@ class PlanarArc(NamedTuple):
         None at the time limit.
     failed : bool
         Whether the integrator could not continue.
+    law_pieces : tuple of (int, int)
+        Number of the sample from which a piece of the law's phase variable acts, and that of the piece; empty without a
+        phase variable.
     """
 
     start: PlanarState
@@ -78,3 +81,4 @@ class PlanarArc(NamedTuple):
     states: Array
     ended_by: GuardKind | None
     failed: bool = False
+    law_pieces: tuple[tuple[int, int], ...] = ()

@@ -1,126 +1,21 @@
 """The torque of a planar robot's simulation: a Function of time and state, or a law with a clock and latched values."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.law_slopes import latch_slope, law_slope
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.control.planar_laws.torque_formula import function_formula, law_formula
+from gaitopt.control.planar_laws.torque_formula import function_formula
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
-from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.torque_function import check_torque, passive_torque, torque_slope
 from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
-
-INSTANT = 1e-11
-"""Least duration of a piece of the integration [s]."""
-
-
-class LawState(NamedTuple):
-    """Memory of a law between events.
-
-    Attributes
-    ----------
-    part : int
-        Number of impacts since the section.
-    begin : float [s]
-        Time of the section.
-    latched : tuple of float
-        Values latched there.
-    mirrored : bool
-        Whether the legs have been exchanged an odd number of times.
-    """
-
-    part: int
-    begin: float
-    latched: tuple[float, ...]
-    mirrored: bool
-
-
-class TorqueSlope(NamedTuple):
-    """Derivatives of a torque with respect to state, (n_u, 2 n_q), time, (n_u,), and latched values, (n_u, n_l)."""
-
-    by_state: Array
-    by_time: Array
-    by_latched: Array
-
-
-class PhaseTorque(ABC):
-    """The torque of a phase: that between two events.
-
-    Attributes
-    ----------
-    latched : tuple of float
-        Latched values.
-    """
-
-    latched: tuple[float, ...] = ()
-
-    @property
-    def formula(self) -> ca.Function | None:
-        """The torque as an expression (t, q, v, latched, data) -> u; None if it is not one."""
-        return None
-
-    @property
-    def data(self) -> Array:
-        """Data of the formula, of the piece that is held."""
-        return np.zeros(0)
-
-    @abstractmethod
-    def value(self, t: float, q: Array, v: Array) -> Array:
-        """Return the torque, shape (n_u,); the array may be overwritten by the next call."""
-
-    @abstractmethod
-    def slope(self, t: float, q: Array, v: Array) -> TorqueSlope:
-        """Return the derivatives of the torque."""
-
-    def next_corner(self, t: float) -> float:
-        """Return the next time at which the integration restarts [s]."""
-        return np.inf
-
-    def hold_piece(self, span: tuple[float, float] | None) -> None:  # noqa: B027 - a torque may have no pieces
-        """Use the piece of a time span until the next call; with None, that of the time of each evaluation."""
-
-
-class TorqueSource(ABC):
-    """The torque of a simulation, with the memory that changes at events.
-
-    Attributes
-    ----------
-    n_latched : int
-        Number of latched values.
-    """
-
-    n_latched: int = 0
-
-    @abstractmethod
-    def start(self, time: float, q: Array, v: Array) -> LawState | None:
-        """Return the memory at the beginning of a period."""
-
-    @abstractmethod
-    def pass_impact(
-        self, memory: LawState | None, closing: Iterable[str], time: float, q: Array, v: Array
-    ) -> LawState | None:
-        """Return the memory after an impact of some closing contacts, from the state after it."""
-
-    @abstractmethod
-    def phase_torque(self, memory: LawState | None) -> PhaseTorque:
-        """Return the torque until the next event."""
-
-    def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
-        """Return the impulses of the actuators at an impact of some closing contacts, from the memory before it."""
-        return None
-
-    def latched_slope(self, q: Array, v: Array) -> Array:
-        """Return the derivative of the latched values at a section with respect to the state (q, v), (n_l, 2 n_q)."""
-        return np.zeros((0, 2 * len(q)))
+from gaitopt.simulation.planar_simulation.law_torque import LawTorque, Measure, PartEquations
+from gaitopt.simulation.planar_simulation.phase_torque import LawState, PhaseTorque, TorqueSlope, TorqueSource
 
 
 def make_torque(robot: PlanarRobot, torque: ca.Function | PlanarLaw | TorqueSource | None) -> TorqueSource:
@@ -196,6 +91,7 @@ class _LawSource(TorqueSource):
         self._ends = {False: robot.contact_names[place], True: robot.contact_names[partner]}
         self._functions = [part.torque for part in law.parts]
         self._calls = [(FastCall(torque), FastCall(law_slope(torque))) for torque in self._functions]
+        self._measures = [None if part.phase_variable is None else Measure(part) for part in law.parts]
         self._columns = [np.ascontiguousarray(part.table.T) for part in law.parts]
         self._latch = FastCall(law.parts[0].memory.latch)
 
@@ -208,7 +104,22 @@ class _LawSource(TorqueSource):
         if self._ends[memory.mirrored] in closing:
             mirrored = memory.mirrored ^ (self._robot.mirror is not None)
             return self._restart(time, q, v, mirrored=mirrored)
+        return memory if self._law.ending(memory.part) is not None else self._next_part(memory)
+
+    def pass_event(self, memory: LawState | None, names: Iterable[str]) -> LawState | None:
+        ending = None if memory is None else self._law.ending(memory.part)
+        if memory is None or ending is None:
+            return memory
+        contact, _, happens = ending.rpartition(" ")
+        return self._next_part(memory) if f"{self._exchange(contact, memory)} {happens}" in names else memory
+
+    def _next_part(self, memory: LawState) -> LawState:
         return memory._replace(part=min(memory.part + 1, len(self._law.parts) - 1))
+
+    def _exchange(self, contact: str, memory: LawState) -> str:
+        """Return a contact of the plan in the robot, whose legs may be exchanged."""
+        mirror, names = self._robot.mirror, self._robot.contact_names
+        return names[mirror.contacts[names.index(contact)]] if memory.mirrored and mirror is not None else contact
 
     def impulses(self, memory: LawState | None, closing: Iterable[str]) -> EventImpulses | None:
         if memory is None or memory.part >= len(self._law.impulses):
@@ -217,10 +128,7 @@ class _LawSource(TorqueSource):
         if planned is None:
             return None
         mirror = self._robot.mirror if memory.mirrored else None
-        names, contact = self._robot.contact_names, planned.contact
-        if mirror is not None:
-            contact = names[mirror.contacts[names.index(contact)]]
-        if contact not in closing:
+        if self._exchange(planned.contact, memory) not in closing:
             return None
         matrix = np.eye(self._robot.n_u) if mirror is None else mirror.actuators.T
         return EventImpulses(*(matrix @ values for values in planned.values))
@@ -229,10 +137,10 @@ class _LawSource(TorqueSource):
         if memory is None:
             raise ValueError("the torque of a law depends on its memory")
         part = memory.part
-        equations = _PartEquations(
-            self._law.parts[part], self._functions[part], *self._calls[part], self._columns[part]
+        equations = PartEquations(
+            self._law.parts[part], self._functions[part], *self._calls[part], self._columns[part], self._measures[part]
         )
-        return _LawTorque(equations, memory, self._robot.mirror if memory.mirrored else None)
+        return LawTorque(equations, memory, self._robot.mirror if memory.mirrored else None)
 
     def latched_slope(self, q: Array, v: Array) -> Array:
         memory, n = self._law.parts[0].memory, len(q)
@@ -245,71 +153,3 @@ class _LawSource(TorqueSource):
             q, v = mirror.coordinates @ q, mirror.coordinates @ v
         latched = self._latch(q, v, self._law.parts[0].table[:, 0])[0] if self.n_latched else ()
         return LawState(0, time, tuple(float(value) for value in latched), mirrored)
-
-
-class _PartEquations(NamedTuple):
-    """A part of a law: torque and slope with preallocated arrays, and the columns of its table as rows."""
-
-    law: Law
-    function: ca.Function
-    value: FastCall
-    slope: FastCall
-    columns: Array
-
-
-class _LawTorque(PhaseTorque):
-    """The torque of one part of a law, with exchanged legs in every second period."""
-
-    def __init__(self, equations: _PartEquations, memory: LawState, mirror: Mirror | None) -> None:
-        self._law, self._function, self._value, self._slope, self._columns = equations
-        self.latched, self._mirror = memory.latched, mirror
-        matrices = None if mirror is None else (mirror.coordinates, mirror.actuators)
-        self._memory, self._matrices, self._piece = memory, matrices, -1
-
-    def value(self, t: float, q: Array, v: Array) -> Array:
-        inputs = self._inputs(t, q, v)
-        torque = self._value(*inputs)[0]
-        return torque if self._matrices is None else self._matrices[1].T @ torque
-
-    def slope(self, t: float, q: Array, v: Array) -> TorqueSlope:
-        by_clock, by_state, by_latched = self._slope(*self._inputs(t, q, v))
-        n, n_u = len(q), by_clock.size
-        state, latched = (
-            by_state.reshape(2 * n, n_u).T.copy(),
-            by_latched.reshape(len(self._memory.latched), n_u).T.copy(),
-        )
-        if self._matrices is None:
-            return TorqueSlope(state, by_clock.copy(), latched)
-        coordinates, actuators = self._matrices
-        return TorqueSlope(
-            actuators.T @ state @ np.kron(np.eye(2), coordinates), actuators.T @ by_clock, actuators.T @ latched
-        )
-
-    @property
-    def formula(self) -> ca.Function | None:
-        """The torque as an expression."""
-        return law_formula(self._function, self._mirror)
-
-    @property
-    def data(self) -> Array:
-        """Data of the formula: the time at which the clock is zero, and the column of the piece that is held."""
-        return np.append(self._memory.begin, self._columns[max(self._piece, 0)])
-
-    def next_corner(self, t: float) -> float:
-        corners = self._law.breakpoints + self._memory.begin
-        place = int(np.searchsorted(corners, t + INSTANT, side="right"))
-        return float(corners[place]) if place < corners.size else np.inf
-
-    def hold_piece(self, span: tuple[float, float] | None) -> None:
-        if span is None:
-            self._piece = -1
-        else:
-            end = span[1] if np.isfinite(span[1]) else span[0] + 1
-            self._piece = self._law.piece((span[0] + end) / 2 - self._memory.begin)
-
-    def _inputs(self, t: float, q: Array, v: Array) -> tuple[float, Array, Array, tuple[float, ...], int, Array]:
-        clock = t - self._memory.begin
-        piece = self._law.piece(clock) if self._piece < 0 else self._piece
-        if self._matrices is not None:
-            q, v = self._matrices[0] @ q, self._matrices[0] @ v
-        return clock, q, v, self._memory.latched, 0, self._columns[piece]

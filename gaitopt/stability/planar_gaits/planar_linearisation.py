@@ -45,10 +45,43 @@ def planar_derivative(automaton: PlanarAutomaton, rollout: PlanarRollout) -> Arr
     matrix = np.eye(n + automaton.torque.n_latched)
     for k, (arc, event) in enumerate(zip(arcs, events, strict=True)):
         following = arcs[k + 1].start if k + 1 < len(arcs) else None
-        span, phase = (float(arc.time[0]), float(arc.time[-1])), automaton.phase(arc.start)
-        matrix = automaton.engine.derivative(phase, span, arc.states[:n, 0]) @ matrix
+        matrix = _flow_derivative(automaton, arc) @ matrix
         matrix = event_derivative(automaton, arc, event, following) @ matrix
     return matrix[:n]
+
+
+def _flow_derivative(automaton: PlanarAutomaton, arc: PlanarArc) -> Array:
+    """Return the derivative of the flow of an arc at fixed times, with the changes of the law's piece."""
+    phase, n = automaton.phase(arc.start), 2 * automaton.robot.n_q
+    engine, last = automaton.engine, arc.time.size - 1
+    if not arc.law_pieces:
+        return engine.derivative(phase, (float(arc.time[0]), float(arc.time[last])), arc.states[:n, 0])
+    matrix = np.eye(n + automaton.torque.n_latched)
+    ends = [first for first, _ in arc.law_pieces[1:]]
+    for k, ((first, piece), end) in enumerate(zip(arc.law_pieces, [*ends, last], strict=True)):
+        if k:
+            change = arc.law_pieces[k - 1][1], piece
+            matrix = _piece_derivative(phase, float(arc.time[first]), arc.states[:, first], change) @ matrix
+        phase.source.hold_number(piece)
+        span = float(arc.time[first]), float(arc.time[end])
+        if span[1] > span[0]:
+            matrix = engine.derivative(phase, span, arc.states[:n, first]) @ matrix
+    phase.source.hold_piece(None)
+    return matrix
+
+
+def _piece_derivative(phase: PlanarPhase, t: float, y: Array, pieces: tuple[int, int]) -> Array:
+    """Return the jump of a deviation (q, v, latched) at a change of the law's piece, where the torque may jump."""
+    n, rates = 2 * phase.n_q, list[Array]()
+    rest = np.zeros(len(phase.source.latched))
+    for piece in pieces:
+        phase.source.hold_number(piece)
+        rates.append(np.append(phase.rates(t, y)[:n], rest))
+    before, after = rates
+    identity, gradient = np.eye(n + rest.size), np.append(phase.source.phase_slope(*np.split(y[:n], 2)), rest)
+    if np.array_equal(before, after):
+        return identity
+    return saltation(identity, before, after, -gradient / (gradient @ before))
 
 
 def event_derivative(

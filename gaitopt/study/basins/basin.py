@@ -33,6 +33,8 @@ from gaitopt.study.storage.study_lock import lock_study
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine  # imports scipy
+
 CHUNK = 200
 """Number of starts in a task."""
 
@@ -45,7 +47,7 @@ def basin(
     *,
     law: Law | PlanarLaw | None = None,
     criterion: SettlingCriterion | None = None,
-    engine: Engine | None = None,
+    engine: "Engine | PlanarEngine | None" = None,
     execution: Execution | None = None,
     path: str | Path | None = None,
 ) -> "xr.Dataset":
@@ -66,8 +68,8 @@ def basin(
     law : Law or PlanarLaw, optional
         Passive by default; a PlanarGait replays its torques.
     criterion : SettlingCriterion, optional
-    engine : Engine, optional
-        Of a robot with one foot on the ground.
+    engine : Engine or PlanarEngine, optional
+        By default the fastest installed engine that supports the law; for robots with several contacts, scipy.
     execution : Execution, optional
         Workers, and the observer of (starts done, starts in all); this process alone by default.
     path : str or Path, optional
@@ -132,7 +134,7 @@ def locate_basin_edges(
     law: Law | PlanarLaw | None = None,
     tolerance: float = 1e-9,
     criterion: SettlingCriterion | None = None,
-    engine: Engine | None = None,
+    engine: "Engine | PlanarEngine | None" = None,
 ) -> tuple[tuple[float, str, str], ...]:
     """Return the values at which the ending changes along one axis: (value, ending below, ending above).
 

@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,12 +14,15 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.stability.section import Section
 from gaitopt.study.basins.attractor import SettlingCriterion, WalkEnding, classify_walk
+
+if TYPE_CHECKING:
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine  # imports scipy
 
 Classifier = Callable[[Mapping[str, float]], WalkEnding]
 """Function from the coordinates of a start to the ending of its walk."""
@@ -100,7 +103,9 @@ class SingleSource:
 
 
 def make_source(
-    robot: Robot | PlanarWalkProblem | PlanarGait, law: Law | PlanarLaw | None, engine: Engine | None
+    robot: Robot | PlanarWalkProblem | PlanarGait,
+    law: Law | PlanarLaw | None,
+    engine: "Engine | PlanarEngine | None",
 ) -> BasinSource:
     """Return the source of walks of a robot under a law; for several contacts, its gait is found or assessed first.
 
@@ -113,11 +118,12 @@ def make_source(
         if isinstance(law, PlanarLaw):
             raise InputError(f"A robot with one foot on the ground needs a Law, got the PlanarLaw {law.name!r}.")
         law = law or passive(robot)
-        return SingleSource(robot, law, engine or default_engine(law, robot))
+        return SingleSource(robot, law, choose_engine(engine, law, robot))
     from gaitopt.study.basins.planar_source import PlanarSource  # imports scipy
 
+    chosen = choose_planar_engine(engine)
     if isinstance(robot, PlanarWalkProblem):
-        cycle = next(robot.search(), None)
+        cycle = next(robot.search(engine=chosen), None)
         if law is not None or cycle is None:
             raise InputError(
                 "A walking problem contains its torque; law must be omitted."
@@ -125,10 +131,10 @@ def make_source(
                 else "No periodic gait was found that defines the other coordinates of the starts; try another slope, "
                 "friction or state."
             )
-        return PlanarSource(robot.robot, robot.torque, cycle)
+        return PlanarSource(robot.robot, robot.torque, cycle, chosen)
     from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 
     law = planar_feedforward(robot) if law is None else law
     if not isinstance(law, PlanarLaw):
         raise InputError(f"A gait of a robot with several contacts needs a PlanarLaw, got the Law {law.name!r}.")
-    return PlanarSource(robot.robot, law, assess_stability(robot, law))
+    return PlanarSource(robot.robot, law, assess_stability(robot, law, engine=chosen), chosen)

@@ -13,6 +13,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
@@ -38,6 +39,7 @@ class PlanarSource:
     robot: PlanarRobot
     torque: ca.Function | PlanarLaw | None
     cycle: PlanarCycle
+    engine: PlanarEngine = REFERENCE
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -73,8 +75,7 @@ class PlanarSource:
 
     def classifier(self, parameters: Mapping[str, float], criterion: SettlingCriterion) -> Classifier:
         """Return the function that walks from a start."""
-        options: dict[str, Any] = {"section": self.cycle.section, "period": self.cycle.period}
-        walker, gait = PlanarWalker(self.robot, self.torque, parameters, **options), self.cycle.start
+        walker, gait = self._walker(parameters), self.cycle.start
         section, n = PlanarSection(walker.automaton, *self._end, self.robot.mirror), self.robot.n_q
         kept = [place for place, name in enumerate(self.robot.state_names) if name != self.robot.travel]
 
@@ -86,11 +87,15 @@ class PlanarSource:
 
         return classify
 
+    def _walker(self, parameters: Mapping[str, float]) -> PlanarWalker:
+        cycle = self.cycle
+        options: dict[str, Any] = {"section": cycle.section, "period": cycle.period, "engine": self.engine}
+        return PlanarWalker(self.robot, self.torque, parameters, **options)
+
     @functools.cached_property
     def _end(self) -> tuple[PlanarArc, PlanarEvent]:
         """The last phase of the gait, and the event that ends it."""
-        options: dict[str, Any] = {"section": self.cycle.section, "period": self.cycle.period}
-        walk_step = PlanarWalker(self.robot, self.torque, self.cycle.parameters, **options).walk_step(self.cycle.start)
+        walk_step = self._walker(self.cycle.parameters).walk_step(self.cycle.start)
         if walk_step.stop is not None:
             raise InputError(f"The robot does not complete a step of its gait: {walk_step.stop.hint}")
         return walk_step.rollout.arcs[-1], walk_step.rollout.motion.events[-1]
