@@ -1,10 +1,10 @@
 """Time of the search for gaits, as ratios measured in one run: ``pytest tests/benchmarks --benchmark-only -s``.
 
 Target: at most twice the time of the plain search that gaitopt used before, which finds fewer gaits.  Measured ratios
-are 0.17 to 1.79, the largest at frictions 0.13 and 0.17, where the plain search finds one of two gaits.  The plain search
-applies Newton's method to 200 random states of the section, once for each period up to the longest.  Both use the same
-engine, and all known gaits of a case must be among those that `find_cycles` returns.  The plain search counts a gait
-again with multiples of its period.
+are 0.17 to 1.79, the largest at frictions 0.13 and 0.17, where the plain search finds one of two gaits.  The plain
+search applies Newton's method to 200 random states of the section, once for each period up to the longest.  Both use
+the same engine, and all known gaits of a case must be among those that `find_cycles` returns.  The plain search counts
+a gait again with multiples of its period.
 """
 
 import math
