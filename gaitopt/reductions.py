@@ -25,7 +25,7 @@ def worst(*values: Any) -> float:
     for value in values:
         entries = np.asarray(value, dtype=float)
         if entries.size:
-            size = float(np.max(entries))
+            size = float(entries.max())
             if math.isnan(size):
                 return math.inf
             largest = max(largest, size)

@@ -7,9 +7,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.cycle import Cycle, make_cycle, slips_throughout
 from gaitopt.stability.deflation import Deflation
-from gaitopt.stability.fall_prediction import FallPrediction
 from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
-from gaitopt.stability.linearisation import Linearisation
 from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section import Section
 from gaitopt.stability.section_walk import natural_rate
@@ -30,9 +28,8 @@ def find_cycle(
     *,
     options: FixedPointOptions | None = None,
     deflation: Deflation | None = None,
-    linearisation: Linearisation | None = None,
     passage: Passage | None = None,
-    prediction: FallPrediction | None = None,
+    return_map: ReturnMap | None = None,
 ) -> Cycle | None:
     """Return the periodic gait to which Newton's method converges from a point of the section, or None.
 
@@ -46,16 +43,13 @@ def find_cycle(
     options : FixedPointOptions, optional
     deflation : Deflation, optional
         Known gaits, to which the iteration does not converge; ignored for complete slip.
-    linearisation : Linearisation, optional
-        Derivatives of the walker's steps, if several calls share them.
     passage : Passage, optional
         The steps from the start, if they have already been simulated.
-    prediction : FallPrediction, optional
-        If given, steps from states it excludes are not simulated.
+    return_map : ReturnMap, optional
+        The map of this number of steps on :func:`search_section`, if several calls share it.
     """
-    section = search_section(walker)
-    z = z[: len(section.names)]
-    return_map = ReturnMap(walker, section, steps, linearisation, prediction)
+    return_map = return_map or ReturnMap(walker, search_section(walker), steps)
+    z = z[: len(return_map.section.names)]
     passage = passage or return_map(z)
     if passage.end is None:
         return None
@@ -63,7 +57,7 @@ def find_cycle(
     if complete_slip:
         # The foot speed drifts: search a gait that is periodic in all other coordinates.
         section, z = Section(walker.robot, walker.p, sliding=False, foot_speed=float(z[-1])), z[:-1]
-        return_map, passage = ReturnMap(walker, section, steps, linearisation, prediction), None
+        return_map, passage = return_map.on_section(section), None
     deflation = None if complete_slip else deflation
     point = find_fixed_point(return_map, z, options, deflation=deflation, passage=passage)
     if point is None or (complete_slip and not _slips_completely(point.passage)):

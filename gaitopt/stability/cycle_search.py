@@ -34,14 +34,18 @@ from gaitopt.stability.return_map import Passage, ReturnMap
 from gaitopt.stability.section_walk import natural_rate, natural_scale, take_walk
 from gaitopt.stability.start import choose_start
 
-STARTS = 40
+STARTS = 32
 """Default number of random starts."""
 REPULSION = 0.6
 """Distance up to which a known gait repels Newton's method, relative to the natural size of the coordinates."""
 LARGEST_FACTOR = 1e4
 """Factor of the deflation above which a start is considered a known gait."""
-ITERATION = FixedPointOptions(max_iterations=15, smallest_step=1 / 9, reduction=3, accept_zero=False)
+ITERATION = FixedPointOptions(
+    max_iterations=15, smallest_step=1 / 9, reduction=3, accept_zero=False, compare_corrections=True
+)
 """Newton's method in the search: most starts are far from any gait, so each is abandoned early."""
+FURTHER_WALKS = 0.25
+"""Number of further walks in which only close returns are sought, relative to the number of starts."""
 WALK_PERIODS = 4
 """Length of the walks in which close returns are sought, relative to the longest period."""
 MAX_STEP_TIME = 20.0
@@ -133,12 +137,11 @@ def search_cycles(
     p = robot.vector(robot.resolve(parameters))
     law, limit = law or passive(robot), MAX_STEP_TIME / natural_rate(robot, p)[0]
     walker = Walker(robot, law, p, engine or default_engine(law, robot), step_limits=StepLimits(duration=limit))
-    search = _CycleSearch(walker, steps)
     if isinstance(starts, Sequence) and not isinstance(starts, str):
-        yield from search.find_from(_read_starts(walker, starts))
+        yield from _CycleSearch(walker, steps).find_from(_read_starts(walker, starts))
         return
     count = int(Parameter("starts", 1, "1", "", lower=1, upper=1_000_000, whole=True).check(starts))
-    yield from search.find_from_random_starts(count, seed)
+    yield from _CycleSearch(walker, steps, predict_falls(walker)).find_from_random_starts(count, seed)
 
 
 def _read_starts(walker: Walker, starts: Sequence[Mapping[str, float]]) -> list[Array]:
@@ -162,19 +165,26 @@ class _CycleSearch:
     ----------
     walker : Walker
     steps : int
+    prediction : FallPrediction, optional
+        If given, steps from states it excludes are not simulated.
     """
 
-    def __init__(self, walker: Walker, steps: int) -> None:
-        self._walker, self._steps, self._section = walker, steps, search_section(walker)
-        self._linearisation = Linearisation(walker)
-        self._prediction: FallPrediction | None = None
+    def __init__(self, walker: Walker, steps: int, prediction: FallPrediction | None = None) -> None:
+        self._walker, self._steps, self._prediction = walker, steps, prediction
+        self._section, linearisation = search_section(walker), Linearisation(walker)
+        self._return_maps = {
+            period: ReturnMap(walker, self._section, period, linearisation, prediction)
+            for period in range(1, steps + 1)
+        }
         self._known: dict[Cycle, tuple[KnownPoint, ...]] = {}
 
     def find_from_random_starts(self, count: int, seed: int) -> Iterator[Cycle]:
         """Yield gaits of one step from random starts, then gaits of more steps."""
-        walks, self._prediction = [], predict_falls(self._walker)
-        for walk in random_walks(self._walker, self._section, count, self._length, seed, self._prediction):
+        walks, further = [], int(FURTHER_WALKS * count) if self._steps > 1 else 0
+        for walk in random_walks(self._walker, self._section, count + further, self._length, seed, self._prediction):
             walks.append(walk.points)
+            if len(walks) > count:
+                continue
             yield from self._converge(walk.points[0], 1, self._known, passage=walk.first)
             # Gaits with large multipliers are found from states after a step only.
             yield from self._converge(walk.points[1], 1, self._known)
@@ -206,7 +216,7 @@ class _CycleSearch:
     def _find_doubled_gaits(self, cycle: Cycle, period: int) -> Iterator[Cycle]:
         """Yield gaits of the doubled period, from their estimated amplitude or, if that fails, from several."""
         scale = natural_scale(self._walker, cycle.section, cycle.z)
-        return_map = ReturnMap(self._walker, cycle.section, period, self._linearisation, self._prediction)
+        return_map = self._return_maps[period].on_section(cycle.section)
         count = len(self._known)
         with defer_interrupt():
             located = list(locate_doubled_gaits(cycle, scale, return_map))
@@ -251,9 +261,8 @@ class _CycleSearch:
             period,
             options=ITERATION,
             deflation=deflation,
-            linearisation=self._linearisation,
             passage=passage,
-            prediction=self._prediction,
+            return_map=self._return_maps[period],
         )
 
     def _lift(self, cycle: Cycle, z: Array) -> Array:

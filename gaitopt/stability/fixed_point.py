@@ -1,4 +1,10 @@
-"""Fixed points of return maps by Newton's method with exact derivatives."""
+"""Fixed points of return maps by Newton's method with exact derivatives.
+
+A damped step is accepted if it reduces the residual F(z) = P(z) - z sufficiently.  A return map amplifies some
+deviations much more than others, so that the residual may grow on the way to a fixed point.  The search for gaits
+therefore also accepts a step that reduces the Newton correction F'(z)^-1 F with the derivative at the last iterate,
+which does not depend on the scaling of F (natural monotonicity test, Deuflhard 2011).
+"""
 
 import itertools
 from dataclasses import dataclass
@@ -15,6 +21,10 @@ RESIDUAL_FLOOR = 1e-15
 SHRINKING = 0.9
 """An iteration shrinks to zero if it reduces the residual to less than this fraction, but the ratio of the residual to
 the point to more than this fraction."""
+
+STAGNATION = 3
+"""Number of iterations without a new minimum of the residual or of the Newton correction that stagnate.  At this number
+the search abandons 2 % of the iterations that would find a gait and saves 6 % of the time of all others."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +43,9 @@ class FixedPointOptions:
         Ratio of a damping s to the next smaller one tried.
     accept_zero : bool
         Whether z = 0 is an accepted fixed point; otherwise an iteration that shrinks to it ends early.
+    compare_corrections : bool
+        Whether a step is also accepted if it reduces the Newton correction instead of the residual.  The iteration then
+        ends early if it stagnates.
     """
 
     tolerance: float = 1e-11
@@ -40,6 +53,7 @@ class FixedPointOptions:
     smallest_step: float = 1 / 64
     reduction: float = 2
     accept_zero: bool = True
+    compare_corrections: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +105,7 @@ def find_fixed_point(
     passage = passage or return_map(z)
     if passage.end is None:
         return None
-    gap, identity, history = passage.end - z, np.eye(z.size), []
+    gap, identity, history, measures = passage.end - z, np.eye(z.size), [], []
     for iteration in range(options.max_iterations + 1):
         error = worst(np.abs(gap))
         history.append((error, float(np.abs(z).max())))
@@ -105,8 +119,12 @@ def find_fixed_point(
             direction: Array = np.asarray(np.linalg.solve(identity - matrix, gap), dtype=float)
         except np.linalg.LinAlgError:
             return None
+        measures.append((error, worst(np.abs(direction))))
+        if options.compare_corrections and _stagnates(measures):
+            return None
         step = direction * deflation.step_ratio(z, direction)
-        improved = None if last else _line_search(return_map, z, step, error, options, deflation)
+        progress = _Progress(z, gap, identity - matrix, direction, deflation, options)
+        improved = None if last else _line_search(return_map, z, step, progress, options)
         if improved is None:
             converged = (
                 bool(np.all(np.isfinite(direction))) and min(error, worst(np.abs(direction))) <= options.tolerance
@@ -127,25 +145,71 @@ def _shrinks_to_zero(history: list[tuple[float, float]]) -> bool:
     )
 
 
+def _stagnates(measures: list[tuple[float, float]]) -> bool:
+    """Return whether neither the residual nor the Newton correction has reached a new minimum for some iterations."""
+    former, recent = measures[:-STAGNATION], measures[-STAGNATION:]
+    return bool(former) and all(min(new[k] for new in recent) >= min(old[k] for old in former) for k in (0, 1))
+
+
+class _Progress:
+    """Tests whether a trial point is closer to a fixed point than an iterate z.
+
+    Parameters
+    ----------
+    z, gap : (n_z,) arrays
+        Iterate and its residual.
+    jacobian : (n_z, n_z) array
+        1 - DP at the iterate.
+    correction : (n_z,) array
+        Newton step without deflation.
+    deflation : Deflation
+    options : FixedPointOptions
+
+    Attributes
+    ----------
+    fine : bool
+        Whether the residual is within the tolerance.
+    """
+
+    def __init__(
+        self,
+        z: Array,
+        gap: Array,
+        jacobian: Array,
+        correction: Array,
+        deflation: Deflation,
+        options: FixedPointOptions,
+    ) -> None:
+        error, factor = np.abs(gap).max(), deflation.factor(z)
+        self.fine = bool(error <= options.tolerance)
+        self._residual, self._correction = factor * error, factor * np.abs(correction).max()
+        self._jacobian, self._deflation = jacobian, deflation
+        self._compares_corrections = options.compare_corrections and not self.fine
+
+    def accepts(self, trial: Array, gap: Array, step: float) -> bool:
+        """Return whether a trial point with a residual, reached with a damping, is an improvement."""
+        factor, ratio = self._deflation.factor(trial), 1 - step / 4
+        if factor * np.abs(gap).max() < ratio * self._residual:
+            return True
+        if not self._compares_corrections:
+            return False
+        return bool(factor * np.abs(np.linalg.solve(self._jacobian, gap)).max() < ratio * self._correction)
+
+
 def _line_search(
-    return_map: ReturnMap,
-    z: Array,
-    direction: Array,
-    error: float,
-    options: FixedPointOptions,
-    deflation: Deflation,
+    return_map: ReturnMap, z: Array, direction: Array, progress: _Progress, options: FixedPointOptions
 ) -> tuple[Array, Passage, Array] | None:
-    """Return the first damped step that reduces the deflated residual, or None if no step does."""
-    step, merit = 1.0, deflation.factor(z) * error
+    """Return the first damped step that is an improvement, or None if no step is."""
+    step = 1.0
     while step >= options.smallest_step:
         trial = z + step * direction
         if np.abs(trial).max() < 1e3:  # false for nan
             passage = return_map(trial)
             if passage.end is not None:
                 gap = passage.end - trial
-                if deflation.factor(trial) * np.abs(gap).max() < (1 - step / 4) * merit:
+                if progress.accepts(trial, gap, step):
                     return trial, passage, gap
-        if error <= options.tolerance:
+        if progress.fine:
             return None
         step /= options.reduction
     return None

@@ -62,6 +62,10 @@ class ReturnMap:
         self.walker, self.section, self.steps, self._prediction = walker, section, steps, prediction
         self._linearisation = linearisation or Linearisation(walker)
 
+    def on_section(self, section: Section) -> "ReturnMap":
+        """Return the map of another section by the same number of steps."""
+        return ReturnMap(self.walker, section, self.steps, self._linearisation, self._prediction)
+
     def __call__(self, z: Array) -> Passage:
         """Simulate the steps from a point of the section, shape (n_z,)."""
         state, states, walk_steps = self.section.embed(z), [], []

@@ -63,6 +63,17 @@ class Section:
         return [entry for entry in self.robot.state_entries.angles if entry != self.dependent_entry]
 
     @cached_property
+    def _entries(self) -> Array:
+        return np.array(self.places)
+
+    @cached_property
+    def _origin(self) -> Array:
+        """State with only the speed of the foot, if this is not a coordinate."""
+        origin = np.zeros(2 * self.robot.n_q)
+        origin[self.robot.state_entries.slip_velocity] = self.foot_speed
+        return origin
+
+    @cached_property
     def _shape(self) -> tuple[int]:
         return (len(self.names),)
 
@@ -85,11 +96,10 @@ class Section:
             raise InputError(
                 f"A point of this section must have {len(self.names)} finite entries {self.names}, got {z.tolist()}."
             )
-        y = np.zeros(2 * self.robot.n_q)
-        y[self.robot.state_entries.slip_velocity] = self.foot_speed
-        y[self.places] = z
+        y = self._origin.copy()
+        y[self._entries] = z
         angle, _ = _compile_dependent_angle(self.robot, threading.get_ident())
-        y[self.dependent_entry] = angle.evaluate_packed(np.concatenate((y[self._free], self.p)))[0]
+        y[self.dependent_entry] = angle.evaluate_packed(np.concatenate((z[: len(self._free)], self.p)))[0]
         return y
 
     def tangent(self, z: Array) -> Array:
@@ -103,7 +113,7 @@ class Section:
 
     def project(self, y: Array) -> Array:
         """Return the coordinates of a state on the section, shape (n_z,)."""
-        return np.asarray(y, dtype=float)[self.places]
+        return np.asarray(y, dtype=float)[self._entries]
 
 
 @functools.lru_cache(maxsize=64)

@@ -99,7 +99,7 @@ def test_a_slipping_gait_doubles_its_period_too():
 def test_a_gait_whose_impacts_slip_and_stick_in_turn_is_found_once():
     mixed = [gait for gait in find_on_slope(COMPASS, 1, 0.12, steps=2) if len(set(map(str, gait.sequences))) == 2]
     radii = sorted(gait.radius for gait in mixed)
-    assert radii == pytest.approx([2.2943, 3.5999], abs=1e-3)  # checked below by differences of simulated steps
+    assert radii == pytest.approx([2.2943, 3.0919, 3.5999], abs=1e-3)  # checked below by differences of simulated steps
     for gait in mixed:
         assert gait.section.sliding  # the foot speed after a step is zero, after the other it is not
         assert sorted(point[-1] != 0 for point in gait.points) == [False, True]

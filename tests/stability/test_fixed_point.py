@@ -1,9 +1,11 @@
 """Newton's method on return maps given as formulas."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from gaitopt.stability.fixed_point import FixedPointOptions, find_fixed_point
+from gaitopt.stability.fixed_point import FixedPointOptions, _stagnates, find_fixed_point
 from gaitopt.stability.return_map import Passage
 
 
@@ -51,3 +53,35 @@ def test_an_iteration_that_shrinks_to_zero_ends_early():
     assert find_fixed_point(standing, start, FixedPointOptions(accept_zero=False)) is None
     assert standing.calls == 3
     assert find_fixed_point(standing, start, FixedPointOptions(max_iterations=40)).residual < 1e-11
+
+
+class Sheared:
+    """z -> z - M F(z) with a known fixed point at the origin: M amplifies one direction of the residual F a lot."""
+
+    scales = np.diag([1.0, 300.0])
+
+    def __call__(self, z):
+        return Passage(z - self.scales @ self._residual(z), (), ())
+
+    def derivative(self, z, passage):
+        return np.eye(2) - self.scales @ np.array([[1.0, 0.0], [2 * z[0], 1.0]])
+
+    @staticmethod
+    def _residual(z):
+        return np.array([z[0], z[1] + z[0] ** 2])
+
+
+def test_a_step_that_reduces_the_newton_correction_is_accepted_although_the_residual_grows():
+    # From (1, -1) the exact Newton step leads to (0, 1): the residual grows from 1 to 300, then the next step is exact.
+    start = np.array([1.0, -1.0])
+    options = FixedPointOptions(max_iterations=3, smallest_step=1)
+    assert find_fixed_point(Sheared(), start, options) is None
+    point = find_fixed_point(Sheared(), start, dataclasses.replace(options, compare_corrections=True))
+    assert point is not None
+    assert point.z == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_a_search_ends_early_if_neither_residual_nor_correction_reaches_a_new_minimum():
+    assert not _stagnates([(1.0, 1.0), (2.0, 2.0), (2.0, 2.0)])
+    assert _stagnates([(1.0, 1.0), (2.0, 2.0), (2.0, 2.0), (1.0, 1.5)])
+    assert not _stagnates([(1.0, 1.0), (2.0, 2.0), (2.0, 2.0), (1.0, 0.9)])

@@ -311,4 +311,4 @@ def saltation(reset: np.ndarray, before: np.ndarray, after: np.ndarray, time_shi
     >>> saltation(np.eye(1), np.array([2.0]), np.array([1.0]), np.array([-0.5]))
     array([[0.5]])
     """
-    return reset + np.outer(reset @ before - after, time_shift)
+    return reset + (reset @ before - after)[:, None] * time_shift
