@@ -282,7 +282,7 @@ def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX, jacobi
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
     def exchange() -> dict[str, ca.SX]:
-        momentum = mechanics.generalised_momentum(w - v)
+        momentum = mechanics.generalised_momentum(w) - mechanics.generalised_momentum(v)
         return {"residual": momentum - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
 
     return {

@@ -153,3 +153,20 @@ def test_joint_powers(mode):
     th1_rate, th2_rate = STATES[mode][2:4]
     # The ankle works on th1, the hip on th1 + th2.
     assert np.asarray(found).ravel() == pytest.approx([1.0 * th1_rate, -2.0 * (th1_rate + th2_rate)])
+
+
+@pytest.mark.parametrize("mode", [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD])
+def test_sampled_accelerations_are_those_of_the_forward_dynamics(mode, rng):
+    robot, count = compass_biped(), 20
+    dynamics, p = PhaseDynamics(robot, mode), robot.vector(robot.resolve({"friction": 0.2}))
+    states, torques = rng.normal(size=(dynamics.n_x, count)), rng.normal(size=(robot.n_u, count))
+    q, v = dynamics.full_samples(states)
+    forward = robot.acceleration[mode].map(count)(q, v, torques, np.tile(p[:, None], count))[0].full()
+    sampled = dynamics.sample_accelerations(states, torques, p)
+    np.testing.assert_allclose(sampled, forward[dynamics.moving_entries], rtol=1e-11, atol=1e-11)
+
+
+def test_sampled_accelerations_of_a_singular_mass_matrix_are_nan():
+    robot = compass_biped()
+    p = robot.vector({**robot.resolve({}), "leg_mass": 0.0, "hip_mass": 0.0})
+    assert np.all(np.isnan(PhaseDynamics(robot, Mode.STICK).sample_accelerations(np.ones((4, 2)), np.zeros((2, 2)), p)))

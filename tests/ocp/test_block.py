@@ -49,6 +49,12 @@ def test_derivatives_through_intermediates_are_those_of_the_functions_themselves
     assert float(f) == pytest.approx(float(two.values(x, 0.3)[0]), rel=1e-14)
 
 
+def test_the_gradient_is_dense_if_some_unknowns_are_not_in_the_cost():
+    """Ipopt misreads a sparse gradient."""
+    nlp = assemble_nlp([intermediate_block(eliminated=True)], DATA, 9, 4)
+    assert nlp.derivatives["grad_f"].sparsity_out(1).is_dense()
+
+
 def test_blocks_with_equal_expressions_share_their_functions():
     first, again, other = (intermediate_block(eliminated=kind) for kind in (False, False, True))
     assert derive_block(first, DATA) is derive_block(again, DATA)
