@@ -164,8 +164,7 @@ def assemble(
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
-    foot = contact.coordinates
-    jacobian = ca.jacobian(foot, q)
+    jacobian = ca.jacobian(foot := contact.coordinates, q)
     index = {point: i for i, point in enumerate(drawing.points)}
     stance = drawing.stance or PointContact(coordinates.foot)
     return Robot(
@@ -227,13 +226,11 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
     """Raise InputError if an expression contains symbols other than those of the coordinates."""
-    known_symbols = ca.vertcat(coordinates.q, coordinates.p)
-    if len(ca.symvar(ca.veccat(known_symbols, *expressions.values()))) == known_symbols.numel():
-        return
-    rates = {symbol.element_hash() for symbol in ca.symvar(coordinates.v)}
-    placed = {symbol.element_hash() for symbol in ca.symvar(known_symbols)}
-    for what, expression in expressions.items():
-        known = placed | rates if what == "armed" else placed
+    placed = ca.vertcat(coordinates.q, coordinates.p)
+    used = ca.symvar(ca.veccat(placed, *expressions.values()))
+    for what, expression in expressions.items() if len(used) > placed.numel() else ():
+        valid = ca.vertcat(placed, coordinates.v) if what == "armed" else placed
+        known = {symbol.element_hash() for symbol in ca.symvar(valid)}
         for symbol in ca.symvar(ca.vec(ca.SX(expression))):
             if symbol.element_hash() not in known:
                 raise InputError(
@@ -244,7 +241,7 @@ def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str
 
 def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[str, Any]:
     """Return the Functions of motion between touchdowns; `joint` is the Jacobian of the actuators' angles."""
-    u, qvp = ca.SX.sym("u", joint.shape[0]), _inputs(coordinates)[1]
+    u, a, qvp = ca.SX.sym("u", joint.shape[0]), ca.SX.sym("a", joint.shape[1]), _inputs(coordinates)[1]
     acceleration, wellposed = contact_functions(
         coordinates.q,
         coordinates.v,
@@ -253,7 +250,6 @@ def _motion(coordinates: Coordinates, parts: Mechanics, joint: ca.SX) -> dict[st
         lambda: (parts.mass_matrix, joint.T @ u - parts.bias),
         coordinates.parameter("friction"),
     )
-    a = ca.SX.sym("a", coordinates.q.numel())
     motion = {"q": coordinates.q, "v": coordinates.v, "a": a, "u": u, "p": coordinates.p}
     return {
         "acceleration": acceleration,
@@ -282,8 +278,7 @@ def _landing(coordinates: Coordinates, mechanics: Mechanics, foot: ca.SX, jacobi
         return {"velocity": jacobian @ v, "mobility": jacobian @ spread, "spread": spread}
 
     def exchange() -> dict[str, ca.SX]:
-        momentum = mechanics.generalised_momentum(w) - mechanics.generalised_momentum(v)
-        return {"residual": momentum - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
+        return {"residual": mechanics.momentum_change(v, w) - jacobian.T @ impulse, "foot_velocity": jacobian @ w}
 
     return {
         "landing": _later("landing", qvp, lambda: {"position": foot, "velocity": jacobian @ v, "jacobian": jacobian}),

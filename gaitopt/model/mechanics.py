@@ -160,9 +160,11 @@ class Mechanics:
         forces = ca.jtimes(self.entries, self._q, self.inertia * (rates - self.gravity_accelerations), True)
         return forces + self.resistance
 
-    def generalised_momentum(self, rates: ca.SX) -> ca.SX:
-        """Return M v for some rates v, shape (n_q, 1), without the mass matrix, as in :meth:`require`."""
-        return ca.jtimes(self.entries, self._q, self.inertia * ca.jtimes(self.entries, self._q, rates), True)
+    def momentum_change(self, before: ca.SX, after: ca.SX) -> ca.SX:
+        """Return M w - M v for rates v and w, shape (n_q, 1), without the mass matrix, as in :meth:`require`."""
+        rates = (self.inertia * ca.jtimes(self.entries, self._q, part) for part in (after, before))
+        last, first = (ca.jtimes(self.entries, self._q, part, True) for part in rates)
+        return last - first
 
     @cached_property
     def mass_matrix(self) -> ca.SX:

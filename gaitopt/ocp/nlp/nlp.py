@@ -207,7 +207,7 @@ class _Assembly:
         x, z, n, m = self.x, self.z, self.x.numel(), self.lam_g.numel()
         g = self.constraints.vector(m)
         jac, hess = self.jacobian.matrix((m, n)), self.hessian.matrix((n, n))
-        minimised = self._minimised(), ca.densify(_sum(self.gradients, n))  # Ipopt misreads a sparse gradient
+        minimised = self._sum_costs(), ca.densify(_sum(self.gradients, n))  # Ipopt misreads a sparse gradient
         derivatives = Derivatives((x, z, self.lam_f, self.lam_g), minimised, (g, jac), hess)
         return Nlp(
             functions=Deferred(self._functions),
@@ -226,9 +226,9 @@ class _Assembly:
         for block, functions, local in self._blocks:
             (values,) = _map(functions.constraints, block.columns.shape[1], local)
             g.add(block.rows, np.zeros_like(block.rows), values)
-        return {"x": self.x, "p": self.z, "f": self._minimised(), "g": g.vector(self.lam_g.numel())}
+        return {"x": self.x, "p": self.z, "f": self._sum_costs(), "g": g.vector(self.lam_g.numel())}
 
-    def _minimised(self) -> ca.MX:
+    def _sum_costs(self) -> ca.MX:
         """Return the sum of costs and penalties."""
         return _sum([*self.costs, *self.penalties])
 
