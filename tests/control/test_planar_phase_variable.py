@@ -260,6 +260,12 @@ def test_wrong_phase_variables_are_rejected(gaits):
     q = ca.SX.sym("q", 3)
     with pytest.raises(InputError, match="variable must be a Function q -> number of the 4 coordinates"):
         by_phase_variable(gait, law, variable=ca.Function("short", [q], [q[0]]))
+    q = ca.SX.sym("q", 4)
+    for place in ("x", ca.Function("hip", [q], [q[0] + ca.sin(q[2])])):
+        with pytest.raises(InputError, match="must not depend on 'x', the place along the ground"):
+            by_phase_variable(gait, law, variable=place)
+    with pytest.raises(InputError, match=r"'b' is not strictly monotone in phase 1 \(foot A stick\)"):
+        by_phase_variable(gait, law, variable="b")
     by_angle = by_phase_variable(gait, law)
     with pytest.raises(InputError, match="'feedforward by stance angle' has a phase variable already"):
         by_phase_variable(gait, by_angle)

@@ -61,8 +61,9 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     Raises
     ------
     InputError
-        If the phase variable is not strictly monotone in a phase, the robot has no such coordinate or no hip, the gait
-        is not a solution, or the law is that of another gait or has a phase variable already.
+        If the phase variable is not strictly monotone in a phase or depends on the place along the ground, the robot
+        has no such coordinate or no hip, the gait is not a solution, or the law is that of another gait or has a phase
+        variable already.
 
     Examples
     --------
@@ -107,12 +108,24 @@ def _check_variable(robot: PlanarRobot, variable: PhaseVariable | None) -> str:
             raise InputError(
                 f"Robot {robot.name!r} has no coordinate {variable!r}. {suggest(variable, robot.coordinates)}"
             )
+        _check_travel(robot, variable, depends=variable == robot.travel)
         return variable
     if (variable.n_in(), variable.n_out()) != (1, 1) or (variable.size1_in(0), variable.numel_out(0)) != (robot.n_q, 1):
         raise InputError(
             f"variable must be a Function q -> number of the {robot.n_q} coordinates of {robot.name!r}, got {variable}."
         )
+    place = None if robot.travel is None else robot.coordinates.index(robot.travel)
+    _check_travel(robot, variable.name(), depends=place is not None and variable.jac_sparsity(0, 0).has_nz(0, place))
     return str(variable.name())
+
+
+def _check_travel(robot: PlanarRobot, name: str, *, depends: bool) -> None:
+    """Raise InputError if a phase variable depends on the place along the ground."""
+    if depends:
+        raise InputError(
+            f"The phase variable {name!r} must not depend on {robot.travel!r}, the place along the ground, which a "
+            "periodic gait does not repeat."
+        )
 
 
 def _replace_part(
@@ -190,14 +203,11 @@ def _check_monotone(curve: Curve, times: Array, name_place: Callable[[float], st
     begins = np.repeat(times[:-1], SAMPLES)
     samples = begins + np.tile(np.linspace(0, 1, SAMPLES), times.size - 1) * np.repeat(np.diff(times), SAMPLES)
     rate = curve(samples, begins)[1]
-    sign = 1 if np.median(rate) > 0 else -1
-    wrong = np.flatnonzero(~(sign * rate > 0))
-    if not wrong.size:
-        return sign
-    k = int(wrong[0])
-    at = samples[k]
-    if k and rate[k] != rate[k - 1]:
-        at = samples[k - 1] + (samples[k] - samples[k - 1]) * rate[k - 1] / (rate[k - 1] - rate[k])
+    if np.all(rate > 0) or np.all(rate < 0):
+        return 1 if rate[0] > 0 else -1
+    k = int(np.flatnonzero(~(rate[:-1] * rate[1:] > 0))[0])
+    share = rate[k] / (rate[k] - rate[k + 1]) if rate[k] != rate[k + 1] else 0.0
+    at = samples[k] + share * (samples[k + 1] - samples[k])
     raise InputError(
         f"{name_place(float(at))}: its rate is zero at {at:.4f} s. Use a law based on time since touchdown, another "
         "phase variable, or plan a gait in which it is monotone."
