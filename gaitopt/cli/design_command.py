@@ -77,7 +77,7 @@ def design(
     if json:
         print_json(result.summarise() | {"files": [str(path) for path in written]})
     else:
-        _print_family(result, _free_ranges(stated))
+        _print_family(result, _free_ranges(stated), worst_case=getattr(stated, "worst_case", False))
         for path in written:
             report_file(path)
         if not ok:
@@ -180,8 +180,28 @@ def _describe_parameter(robot: "Robot | PlanarRobot", name: str, value: float, e
     return f"{text} (at its {side} bound)" if side else text
 
 
-def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, float]]") -> None:
-    """Print the parameters and a table of the gaits."""
+def _describe_objective(result: "FamilyGaits", worst_case: bool) -> str:
+    """Return the objective with its kind; weights are divided by their sum, so a sum of objectives is their mean.
+
+    With equal weights, the worst objective is that of a gait, not its share of the sum.
+    """
+    if len(result.gaits) == 1:
+        return f"objective: {result.objective:.6g}"
+    equal = math.isclose(min(result.weights), max(result.weights))
+    if not worst_case:
+        return f"objective: {result.objective:.6g}, the {'' if equal else 'weighted '}mean of the gaits"
+    weighted = [weight * cost for weight, cost in zip(result.weights, result.costs, strict=True)]
+    number = max(range(len(weighted)), key=weighted.__getitem__)
+    if equal:
+        return f"objective: {result.costs[number]:.6g}, the largest of the gaits (gait {number + 1})"
+    weight = result.weights[number]
+    return f"objective: {weighted[number]:.6g}, the largest weighted one (gait {number + 1}, weight {weight:.4g})"
+
+
+def _print_family(
+    result: "FamilyGaits", ranges: "Mapping[str, tuple[float, float]]", *, worst_case: bool = False
+) -> None:
+    """Print the parameters, the objective and a table of the gaits."""
     from rich import box
     from rich.table import Table
 
@@ -190,7 +210,7 @@ def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, floa
         robot, unbounded = result.gaits[0].robot, (-math.inf, math.inf)
         texts = (_describe_parameter(robot, name, v, ranges.get(name, unbounded)) for name, v in result.design.items())
         out.print("design: " + ", ".join(texts))
-    out.print(f"objective: {result.objective:.6g}")
+    out.print(_describe_objective(result, worst_case))
     table = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("gait", "sequence", "speed [m/s]", "step [m]", "friction", "slope [rad]", "objective", "replay"):
         table.add_column(column, no_wrap=True)

@@ -1,8 +1,11 @@
 """gaitopt design: families, single problems with free parameters, and robust gaits."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from gaitopt import load, solve
+from gaitopt.cli.design_command import _describe_objective
 
 SCRIPT = """
 from gaitopt import Collocation, Family, GaitProblem, Limits, compass_biped
@@ -34,6 +37,22 @@ def test_a_family_is_solved_replayed_and_saved(command, script, folder):
         gait = load(folder / file)
         assert gait.verification.passed
         assert gait.motion.parameters["hip_mass"] == pytest.approx(run.json["design"]["hip_mass"])
+
+
+@pytest.mark.parametrize(
+    ("weights", "worst_case", "text"),
+    [
+        ((0.5, 0.5), True, "objective: 4, the largest of the gaits (gait 2)"),
+        ((0.75, 0.25), True, "objective: 2.25, the largest weighted one (gait 1, weight 0.75)"),
+        ((0.5, 0.5), False, "objective: 3.5, the mean of the gaits"),
+        ((0.75, 0.25), False, "objective: 3.25, the weighted mean of the gaits"),
+    ],
+)
+def test_the_objective_of_a_family_is_stated_with_its_kind(weights, worst_case, text):
+    shares = [weight * cost for weight, cost in zip(weights, (3.0, 4.0), strict=True)]
+    objective = max(shares) if worst_case else sum(shares)
+    result = SimpleNamespace(gaits=(None, None), weights=weights, costs=(3.0, 4.0), objective=objective)
+    assert _describe_objective(result, worst_case) == text
 
 
 def test_a_single_problem_is_a_family_of_one(command, script, folder):
