@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.ocp.provenance import ScriptRecord
     from gaitopt.progress import HomotopyIteration, Iteration
 
 LAW_VALUES = f"{', '.join(LAWS)}, feedforward, or SCRIPT.py:FUNCTION"
@@ -62,7 +63,8 @@ def design(
     from gaitopt.motion.archive import save
     from gaitopt.motion.atomic import check_writable
 
-    stated = read_script(script, setting)()
+    source = read_script(script, setting)
+    stated = _add_record(source(), source.record())
     folder = output or Path(script.stem)
     if (robust := _state_robust(stated, law)) is not None:
         design_robust(robust, folder, script.stem, count=count, json=json)
@@ -85,6 +87,21 @@ def design(
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
     raise typer.Exit(0 if ok else 1)
+
+
+def _add_record(stated: Any, record: "ScriptRecord") -> Any:
+    """Return what a script states with the record of the script in its problems."""
+    from dataclasses import replace
+
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.ocp.problem import GaitProblem
+
+    if isinstance(stated, Family):
+        return replace(stated, problems=[problem.replace(script=record) for problem in stated.problems])
+    if isinstance(stated, RobustProblem):
+        return replace(stated, problem=stated.problem.replace(script=record))
+    return stated.replace(script=record) if isinstance(stated, GaitProblem) else stated
 
 
 def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":

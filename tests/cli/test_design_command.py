@@ -140,6 +140,30 @@ def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
     assert "gait in unseen scenarios: maintained at 3 of 3 friction coefficients" in run.out
     assert load(folder / "here" / "own.h5").verification.passed
     assert not (folder / "here" / "own_law.json").exists()
+    shown = " ".join(command("show", folder / "here" / "own.h5").out.split())
+    assert "script own.py, SHA-256 " in shown
+    assert "scenarios friction 0.18 to 0.2; 3 steps, tolerance 0.01" in shown
+    assert "robustness 2 of 2 candidates survived under feedforward, additional cost +" in shown
+
+
+def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(command, script, folder):
+    text = ROBUST.replace('"stick | stick", friction=friction', '"slip+ stick | slip+", friction=friction')
+    text = text.replace('"friction": (0.18, 0.2)', '"friction": (0.139, 0.141)').replace(
+        "tolerance=1e-2", "tolerance=1e-9"
+    )
+    text = text.replace("speed=0.6, step_length=0.45", "speed=0.633, step_length=0.4713")
+    run = command(
+        "design", script(text), "--set", "friction=0.14", "--set", "law=joint_pd", "--count", "1", "-o", "here"
+    )
+    assert run.status == 1, run.err
+    printed = " ".join(run.out.split())
+    assert "the plan is not robust; its gait and gains were written for inspection" in printed
+    assert "the periodic motion of a slipping gait depends on friction" in printed
+    assert "state a larger tolerance=" in printed
+    assert not (folder / "here" / "own.h5").exists()
+    assert (folder / "here" / "own_failed_law.json").exists()
+    shown = " ".join(command("show", folder / "here" / "own_failed.h5").out.split())
+    assert "worst scenario friction 0.1" in shown
 
 
 def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_are_a_law(command, script, folder):
