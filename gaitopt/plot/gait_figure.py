@@ -46,7 +46,7 @@ ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
 
 SCALED = ("modes", "normal forces", "force ratio")
-"""Rows with a range of their own."""
+"""Rows whose range does not follow from the values alone."""
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 
