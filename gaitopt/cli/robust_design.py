@@ -40,6 +40,7 @@ class RobustDesign:
         return {
             "robust": plan.robust,
             "message": str(plan),
+            "advice": plan.advice,
             "additional_cost": plan.additional_cost,
             "objective": plan.gait.solver.objective,
             "nominal_objective": plan.nominal.solver.objective,
@@ -116,6 +117,8 @@ def _print(result: RobustDesign) -> None:
     plan = result.plan
     unit = plan.gait.problem.get("objective_unit")
     out.print(str(plan))
+    if plan.advice:
+        out.print(plan.advice)
     costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
     out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:

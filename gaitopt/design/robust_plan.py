@@ -82,10 +82,11 @@ class RobustPlan:
         text += f" under {self.law.name}, additional cost {self.additional_cost:+.1%}"
         if self.violated is None:
             return f"robust: {text}"
-        return f"not robust: {text}; worst: {self.violated} (tolerance {self.scenarios.tolerance:g}){self._advise()}"
+        return f"not robust: {text}; worst: {self.violated} (tolerance {self.scenarios.tolerance:g})"
 
-    def _advise(self) -> str:
-        """Return why a walk that does not fall cannot return to the plan; empty for another reason."""
+    @property
+    def advice(self) -> str:
+        """Reason why a walk that does not fall does not return to the plan; empty for another reason."""
         if self.violated is None or math.isinf(self.violated.distance):
             return ""
         others = [name for name in self.violated.scenario.parameters if name != "friction"]
@@ -96,8 +97,8 @@ class RobustPlan:
             return ""
         kind = "slipping gait" if slips else "gait"
         return (
-            f"; the periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
-            "plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance=1e-2)"
+            f"The periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
+            "plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance=1e-2)."
         )
 
     def describe(self) -> dict[str, Any]:

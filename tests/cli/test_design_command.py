@@ -158,7 +158,7 @@ def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(co
     assert run.status == 1, run.err
     printed = " ".join(run.out.split())
     assert "the plan is not robust; its gait and gains were written for inspection" in printed
-    assert "the periodic motion of a slipping gait depends on friction" in printed
+    assert "The periodic motion of a slipping gait depends on friction" in printed
     assert "state a larger tolerance=" in printed
     assert not (folder / "here" / "own.h5").exists()
     assert (folder / "here" / "own_failed_law.json").exists()
