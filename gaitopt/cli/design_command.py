@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.ocp.provenance import ScriptRecord
     from gaitopt.progress import HomotopyIteration, Iteration
 
 LAW_VALUES = f"{', '.join(LAWS)}, feedforward, or SCRIPT.py:FUNCTION"
@@ -62,7 +63,8 @@ def design(
     from gaitopt.motion.archive import save
     from gaitopt.motion.atomic import check_writable
 
-    stated = read_script(script, setting)()
+    source = read_script(script, setting)
+    stated = _add_record(source(), source.record())
     folder = output or Path(script.stem)
     if (robust := _state_robust(stated, law)) is not None:
         design_robust(robust, folder, script.stem, count=count, json=json)
@@ -77,7 +79,7 @@ def design(
     if json:
         print_json(result.summarise() | {"files": [str(path) for path in written]})
     else:
-        _print_family(result, _free_ranges(stated))
+        _print_family(result, _free_ranges(stated), worst_case=getattr(stated, "worst_case", False))
         for path in written:
             report_file(path)
         if not ok:
@@ -85,6 +87,21 @@ def design(
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
     raise typer.Exit(0 if ok else 1)
+
+
+def _add_record(stated: Any, record: "ScriptRecord") -> Any:
+    """Return what a script states with the record of the script in its problems."""
+    from dataclasses import replace
+
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.ocp.problem import GaitProblem
+
+    if isinstance(stated, Family):
+        return replace(stated, problems=[problem.replace(script=record) for problem in stated.problems])
+    if isinstance(stated, RobustProblem):
+        return replace(stated, problem=stated.problem.replace(script=record))
+    return stated.replace(script=record) if isinstance(stated, GaitProblem) else stated
 
 
 def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":
@@ -180,8 +197,28 @@ def _describe_parameter(robot: "Robot | PlanarRobot", name: str, value: float, e
     return f"{text} (at its {side} bound)" if side else text
 
 
-def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, float]]") -> None:
-    """Print the parameters and a table of the gaits."""
+def _describe_objective(result: "FamilyGaits", worst_case: bool) -> str:
+    """Return the objective with its kind; weights are divided by their sum, so a sum of objectives is their mean.
+
+    With equal weights, the worst objective is that of a gait, not its share of the sum.
+    """
+    if len(result.gaits) == 1:
+        return f"objective: {result.objective:.6g}"
+    equal = math.isclose(min(result.weights), max(result.weights))
+    if not worst_case:
+        return f"objective: {result.objective:.6g}, the {'' if equal else 'weighted '}mean of the gaits"
+    weighted = [weight * cost for weight, cost in zip(result.weights, result.costs, strict=True)]
+    number = max(range(len(weighted)), key=weighted.__getitem__)
+    if equal:
+        return f"objective: {result.costs[number]:.6g}, the largest of the gaits (gait {number + 1})"
+    weight = result.weights[number]
+    return f"objective: {weighted[number]:.6g}, the largest weighted one (gait {number + 1}, weight {weight:.4g})"
+
+
+def _print_family(
+    result: "FamilyGaits", ranges: "Mapping[str, tuple[float, float]]", *, worst_case: bool = False
+) -> None:
+    """Print the parameters, the objective and a table of the gaits."""
     from rich import box
     from rich.table import Table
 
@@ -190,7 +227,7 @@ def _print_family(result: "FamilyGaits", ranges: "Mapping[str, tuple[float, floa
         robot, unbounded = result.gaits[0].robot, (-math.inf, math.inf)
         texts = (_describe_parameter(robot, name, v, ranges.get(name, unbounded)) for name, v in result.design.items())
         out.print("design: " + ", ".join(texts))
-    out.print(f"objective: {result.objective:.6g}")
+    out.print(_describe_objective(result, worst_case))
     table = Table(box=box.SIMPLE, pad_edge=False)
     for column in (
         "gait",

@@ -138,6 +138,9 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-): all disturbances tried, up to the survived one, are survived."
+    kinds = {each["kind"] for each in facts["survived"]}
+    if "torque noise" in kinds and "sensor delay" not in kinds:
+        caption += " No sensor delay: the law does not read the state."
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
     )

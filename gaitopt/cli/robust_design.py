@@ -40,6 +40,7 @@ class RobustDesign:
         return {
             "robust": plan.robust,
             "message": str(plan),
+            "advice": plan.advice,
             "additional_cost": plan.additional_cost,
             "objective": plan.gait.solver.objective,
             "nominal_objective": plan.nominal.solver.objective,
@@ -62,20 +63,26 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
 
     stated = _load_law(stated)
     folder.mkdir(parents=True, exist_ok=True)
-    gait, gains = folder / f"{stem}.h5", folder / f"{stem}_law.json"
-    for path in (gait, gains):
-        check_writable(path)
+    names = stem, f"{stem}_failed"
+    for name in names:
+        for path in _paths(folder, name):
+            check_writable(path)
     with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
         plan = stated.solve()
         display.describe(f"{stated.name}: test in {count} unseen scenarios")
         tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
-    files = _save(plan, gait, gains) if plan.robust else ()
+    files = _save(plan, *_paths(folder, names[not plan.robust]))
     result = RobustDesign(plan=plan, robust=tests[0], nominal=tests[1], files=files)
     if json:
         print_json(result.summarise())
     else:
         _print(result)
     raise typer.Exit(0 if plan.robust else 1)
+
+
+def _paths(folder: Path, name: str) -> tuple[Path, Path]:
+    """Return the files of a gait and of the gains of its law."""
+    return folder / f"{name}.h5", folder / f"{name}_law.json"
 
 
 def _load_law(stated: "RobustProblem") -> "RobustProblem":
@@ -99,7 +106,7 @@ def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
     from gaitopt.motion.archive import save
     from gaitopt.tuning.tuning_file import save_tuning
 
-    written = save(plan.gait, gait)
+    written = save(plan.recorded_gait(), gait)
     return (written,) if plan.tuning is None else (written, save_tuning(plan.tuning, gains))
 
 
@@ -110,6 +117,8 @@ def _print(result: RobustDesign) -> None:
     plan = result.plan
     unit = plan.gait.problem.get("objective_unit")
     out.print(str(plan))
+    if plan.advice:
+        out.print(plan.advice)
     costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
     out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:
@@ -119,5 +128,5 @@ def _print(result: RobustDesign) -> None:
     out.print(f"gait of lowest cost in the same scenarios: {result.nominal}")
     for path in result.files:
         report_file(path)
-    if not result.files:
-        out.print("the plan is not robust; nothing was written")
+    if not plan.robust:
+        out.print("the plan is not robust; its gait and gains were written for inspection")

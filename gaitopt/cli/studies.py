@@ -209,9 +209,8 @@ def compare(
     check_writable(path)
     gaits = {label: require_walking(gait, named[label]) for label, gait in load_gaits(named, problem).items()}
     comparison = compare_gaits(gaits, multipliers=multipliers)
-    figure = plot_comparison(
-        Comparison(label_by_sequence(comparison.gaits), {}), style=FigureStyle(width=width, font_size=font_size)
-    )
+    labelled = label_by_sequence(comparison.gaits, keep=True)  # the names of the files are those of the table
+    figure = plot_comparison(Comparison(labelled, {}), style=FigureStyle(width=width, font_size=font_size))
     written = save_figure(figure, path)
     if json:
         print_json({"gaits": comparison.records(), "figure": str(written)})

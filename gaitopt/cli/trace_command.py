@@ -158,7 +158,8 @@ def trace(
             if checkpoint is not None and diagram.complete:
                 checkpoint.delete()
         problem_of = functools.partial(_find_problem, request, over)
-        _report(diagram, output, problem_of, json=json, seconds=time.perf_counter() - began)
+        seconds = time.perf_counter() - began
+        _report(diagram, output, problem_of, doublings=doublings, json=json, seconds=seconds)
 
 
 def _open_checkpoint(
@@ -308,6 +309,7 @@ def _report(
     path: Path | None,
     problem_of: "Callable[[], AnyWalkProblem]",
     *,
+    doublings: int,
     json: bool,
     seconds: float,
 ) -> None:
@@ -319,7 +321,7 @@ def _report(
     if json:
         print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
     else:
-        print_diagram(diagram)
+        print_diagram(diagram, doublings)
         if path is not None:
             report_file(path)
     if not diagram.complete:

@@ -11,8 +11,8 @@ from gaitopt.cli.output import out
 from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
 
 
-def print_diagram(diagram: BranchDiagram) -> None:
-    """Print branches, and their special points in order."""
+def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
+    """Print branches, and their special points in order; state that a requested branch of doubled period is missing."""
     unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
     branches = Table(box=box.SIMPLE, pad_edge=False, title="branches", title_justify="left")
     degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
@@ -28,7 +28,7 @@ def print_diagram(diagram: BranchDiagram) -> None:
         branches.add_row(str(number), *counts, *spans, begin.replace("_", " "), branch.end.replace("_", " "))
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
-    columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "before", "after"]
+    columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "stability", "before", "after"]
     for column in columns:
         special.add_column(column, no_wrap=column not in ("before", "after"))
     for number, branch in enumerate(diagram.branches):
@@ -36,11 +36,13 @@ def print_diagram(diagram: BranchDiagram) -> None:
             after = "" if point.after == point.before else point.after
             names = [Text(count_steps(name).replace("; ", ";\n")) for name in (point.before, after)]
             values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
-            special.add_row(str(number), point.kind.label, *values, *names)
+            special.add_row(str(number), point.kind.label, *values, branch.stability_change(point), *names)
     if special.row_count:
         out.print(special)
     if diagram.curves:
         out.print(_curve_table(diagram))
+    if doublings and diagram.complete and not any(b.special_of("period_doubling") for b in diagram.branches):
+        out.print("The branches have no period doubling, so that --doublings has no effect.")
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")

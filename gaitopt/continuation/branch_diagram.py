@@ -99,15 +99,43 @@ class GaitBranch:
         """
         if self.steps == 1 or self.values.size < 2:
             return np.concatenate([point.z[None], self.orbits[:1, 1:].reshape(-1, point.z.size)])
+        k, share = self._locate(point)
+        following = (1 - share) * self.orbits[k, 1:] + share * self.orbits[k + 1, 1:]
+        return np.vstack([point.z, following])
+
+    def stability_change(self, point: SpecialPoint) -> str:
+        """Return whether stability is lost or gained at a special point, in the direction of the branch, or "".
+
+        The multipliers on both sides of a kink of the return map decide; at a bifurcation, where they are on the unit
+        circle, those of the neighbouring gaits.
+
+        Examples
+        --------
+        >>> from gaitopt import load_diagram
+        >>> branch = load_diagram("docs/examples/compass_slope.nc").branches[0]
+        >>> [(point.kind.key, branch.stability_change(point)) for point in branch.special]
+        [('period_doubling', 'lost')]
+        """
+        if not point.multipliers_after.size or self.values.size < 2:
+            return ""
+        sides = [float(np.nanmax(np.abs(each))) for each in (point.multipliers_before, point.multipliers_after)]
+        k, _ = self._locate(point)
+        for side, gaits in enumerate((self.radii[: k + 1][::-1], self.radii[k + 1 :])):
+            if abs(sides[side] - 1) <= NEUTRAL:
+                clear = gaits[np.abs(gaits - 1) > NEUTRAL]
+                sides[side] = float(clear[0]) if clear.size else 1.0
+        before, after = (side < 1 for side in sides)
+        return "" if before == after else "lost" if before else "gained"
+
+    def _locate(self, point: SpecialPoint) -> tuple[int, float]:
+        """Return the gait before a special point, and the share of the way from it to the next one."""
         rows = np.column_stack([self.values, self.states])
         ranges = np.ptp(rows, axis=0)
         scale = np.where(ranges > 0, ranges, 1.0)
         distances = np.linalg.norm((rows - np.append(point.value, point.z)) / scale, axis=1)
         lengths = np.linalg.norm(np.diff(rows / scale, axis=0), axis=1)
         k = int(np.argmin(distances[:-1] + distances[1:] - lengths))
-        share = distances[k] / max(distances[k] + distances[k + 1], np.finfo(float).tiny)
-        following = (1 - share) * self.orbits[k, 1:] + share * self.orbits[k + 1, 1:]
-        return np.vstack([point.z, following])
+        return k, float(distances[k] / max(distances[k] + distances[k + 1], np.finfo(float).tiny))
 
 
 def split_branch(branch: GaitBranch, *, joined: bool = True) -> Iterator[tuple[slice, str, bool]]:

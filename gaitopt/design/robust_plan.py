@@ -1,6 +1,8 @@
 """Robust plans: one gait and one law for all scenarios, found by adding the most violated scenario."""
 
+import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
@@ -81,6 +83,50 @@ class RobustPlan:
         if self.violated is None:
             return f"robust: {text}"
         return f"not robust: {text}; worst: {self.violated} (tolerance {self.scenarios.tolerance:g})"
+
+    @property
+    def advice(self) -> str:
+        """Reason why a walk that does not fall does not return to the plan; empty for another reason."""
+        if self.violated is None or math.isinf(self.violated.distance):
+            return ""
+        others = [name for name in self.violated.scenario.parameters if name != "friction"]
+        slips = any(segment.mode.slips for segment in self.gait.motion.segments)
+        if slips and "friction" in self.violated.scenario.parameters:
+            others.insert(0, "friction")
+        if not others:
+            return ""
+        kind = "slipping gait" if slips else "gait"
+        return (
+            f"The periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
+            "plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance=1e-2)."
+        )
+
+    def describe(self) -> dict[str, Any]:
+        """Return scenarios, law and result as plain data, which the file of the gait contains."""
+        return {
+            "ranges": {name: list(pair) for name, pair in self.scenarios.ranges.items()},
+            "push": self.scenarios.push,
+            "steps": self.scenarios.steps,
+            "tolerance": self.scenarios.tolerance,
+            "law": self.law.name,
+            "gains": dict(self.gains),
+            "selected": [str(scenario) for scenario in self.selected],
+            "survived": self.survived,
+            "candidates": len(self.scenarios.candidates()),
+            "worst": "" if self.violated is None else str(self.violated),
+            "nominal_objective": self.nominal.solver.objective,
+            "additional_cost": self.additional_cost,
+        }
+
+    def recorded_gait(self) -> Gait:
+        """Return the gait with the scenarios and the result of the plan in its problem, for a file.
+
+        Examples
+        --------
+        >>> RobustPlan.recorded_gait.__name__
+        'recorded_gait'
+        """
+        return self.gait.replace_fields(problem={**self.gait.problem, "robust": self.describe()})
 
     @property
     def gains(self) -> dict[str, float]:

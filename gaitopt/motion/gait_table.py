@@ -46,6 +46,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         *_origin(gait),
         ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
         *describe_script(gait.problem),
+        *describe_robust_plan(gait.problem),
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
@@ -261,6 +262,29 @@ def describe_script(problem: Mapping[str, Any]) -> Facts:
         if names:
             parts.append((label, ", ".join(values[name] for name in names)))
     return parts
+
+
+def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
+    """Return the scenarios of a robust plan, how many it survives at which additional cost, and the worst one.
+
+    Examples
+    --------
+    >>> describe_robust_plan({})
+    []
+    """
+    plan = problem.get("robust")
+    if not plan:
+        return []
+    scenarios = [f"{name} {lower:g} to {upper:g}" for name, (lower, upper) in plan["ranges"].items()]
+    scenarios += [f"pushes up to {plan['push']:g} rad/s"] if plan["push"] else []
+    reached = f"{plan['survived']} of {plan['candidates']} candidates survived under {plan['law']}"
+    facts: Facts = [
+        ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
+        ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),
+    ]
+    if plan["selected"]:
+        facts.append(("added scenarios", "; ".join(plan["selected"])))
+    return [*facts, ("worst scenario", plan["worst"])] if plan["worst"] else facts
 
 
 def round_margin(value: float) -> float:

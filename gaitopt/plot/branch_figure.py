@@ -101,6 +101,7 @@ def plot_branches(
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
+        _state_cut_radii(lower, diagram)
         figure.align_ylabels()
         unit = "deg" if units[coordinate] == "rad" else units[coordinate]
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
@@ -114,6 +115,15 @@ def plot_branches(
 def find_top(axes: "Axes") -> float:
     """Return the upper end of an axis of spectral radii, which shows the stability limit."""
     return min(LARGEST_RADIUS, 1.05 * max(1.2, float(axes.dataLim.y1)))
+
+
+def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
+    """State above an axis of spectral radii the largest radius, if its line leaves the axis."""
+    radii = np.concatenate([branch.radii for branch in diagram.branches])
+    largest = float(np.max(radii, initial=0.0, where=np.isfinite(radii)))
+    if largest > axes.get_ylim()[1]:
+        text = f"\N{UPWARDS ARROW} radii above {axes.get_ylim()[1]:g}, up to {largest:.3g}, are off the scale"
+        axes.set_title(text, loc="right", fontsize="medium")
 
 
 def _title(diagram: BranchDiagram) -> str:

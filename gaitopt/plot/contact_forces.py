@@ -1,5 +1,6 @@
 """Contact forces in stick figures: each force as a line from its foot, in the friction cone of the ground."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 LENGTH = 0.3
 """Length of a force equal to the weight, over the height of the walker."""
+
+FLAT = 0.5
+"""Least height of a walker over its length; that of a flat robot, whose points are all on the ground, would be zero."""
 
 FORCE_LABEL = "_force"
 """Label of the line of a force, which no legend shows."""
@@ -83,6 +87,10 @@ def force_handles() -> "list[Artist]":
     return [Line2D([], [], **FORCE_LINE), Patch(**CONE_FACE)]
 
 
-def walker_height(figures: list[Array]) -> float:
-    """Return the height of the tallest of some stick figures, each a (2, n_points) array [m]."""
-    return max(float(np.ptp(figure[1])) for figure in figures)
+def walker_height(figures: Sequence[Array]) -> float:
+    """Return the height of the tallest of some stick figures, each a (2, n_points) array [m].
+
+    A flat robot has the height of a box of its length.
+    """
+    heights, lengths = (max(float(np.ptp(figure[axis])) for figure in figures) for axis in (1, 0))
+    return max(heights, FLAT * lengths)

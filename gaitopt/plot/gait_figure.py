@@ -45,6 +45,9 @@ MOST_PANELS = 4
 ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
 
+SCALED = ("modes", "normal forces", "force ratio")
+"""Rows whose range does not follow from the values alone."""
+
 NO_BREAK = "\N{NO-BREAK SPACE}"
 
 Rows = dict[str, Callable[["Axes", MotionView], None]]
@@ -198,9 +201,12 @@ def _describe(gait: AnyGait, title: str | None) -> str:
     ]
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
     verified = "" if not gait.status.ok else " (verified by replay)" if gait.verification else " (not replayed)"
+    sequence = str(gait.sequence)
+    if sequence.endswith(("|", ">")):  # a mark at the end would belong to the text that follows
+        sequence = f"'{sequence}'"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    return f"{first}\n{gait.sequence}{where}{verified}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
+    return f"{first}\n{sequence}{where}{verified}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:
@@ -241,7 +247,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
         panels_drawn.append(axes)
         draw(axes, view)
-        _shade(name, axes, view)
+        _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if row == 0 and view.is_single_support:
@@ -267,7 +273,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None, label=name)
         left.append(axes)
         draw(axes, view)
-        _shade(name, axes, view)
+        _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         if name not in ENLARGED:
             _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, view if row == 0 else None)
@@ -293,10 +299,12 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
     figure.align_ylabels(left)
 
 
-def _shade(name: str, axes: "Axes", view: MotionView) -> None:
-    """Shade slip phases in all panels but the modes of the contacts, which have their colours."""
+def _finish(name: str, axes: "Axes", view: MotionView) -> None:
+    """Shade slip phases and widen constant curves in all panels but the modes of the contacts."""
     if name != "modes":
         panels.shade_slips(axes, view)
+    if name not in SCALED:
+        panels.widen_constant(axes)
 
 
 def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:

@@ -25,6 +25,9 @@ SINGLE = {"color": "black"}
 MARK_SPACE = 0.015
 """Space beside the mark of an impulse at the end of a motion, as a share of its duration."""
 
+ROUNDING = 1e-6
+"""Range of the values of a panel, in its unit, below which a curve shows rounding errors only."""
+
 _LETTER = 0.016
 """Width of a letter of a phase label, as a share of the time axis."""
 
@@ -185,7 +188,8 @@ def enlarge(axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["A
     shade_slips(axes, view, hatched=False)
     axes.set_ylabel("")
     axes.set_xlim(phase.time[0] - 0.25 * phase.duration, phase.time[-1] + 0.25 * phase.duration)
-    axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+    long = phase.time[-1] >= 1.0  # labels of four digits
+    axes.xaxis.set_major_locator(MaxNLocator(2 if long else 3, steps=[1, 2, 5, 10], min_n_ticks=1 if long else 2))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda time, _: f"{1e3 * time:g}"))
 
 
@@ -252,6 +256,14 @@ def _draw_impulses(axes: "Axes", view: MotionView) -> None:
         tangential, normal = event.impulses[foot]
         axes.plot([event.time], [tangential / normal], "D", label=label, color=color, **style)
         label = None
+
+
+def widen_constant(axes: "Axes") -> None:
+    """Set a range of one unit for values that are constant but for rounding errors."""
+    low, high = axes.dataLim.intervaly
+    if np.isfinite(high - low) and high - low < ROUNDING:
+        middle = round((low + high) / 2, 6)
+        axes.set_ylim(middle - 0.5, middle + 0.5)
 
 
 def limit_time(axes: "Axes", view: MotionView) -> None:

@@ -15,6 +15,17 @@ EMPTY = "no gait"
 """Label of points without a kind, which remain white."""
 
 
+FRAME: dict[str, Any] = {"edgecolor": "0.4", "linewidth": 0.5}
+"""Frame of a handle of the legend."""
+
+
+def empty_patch(label: str = EMPTY) -> "Patch":
+    """Return the handle of points without a kind."""
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor="white", label=label, **FRAME)
+
+
 def draw_regions(
     axes: "Axes", places: tuple[Array, Array], kinds: Any, colors: Mapping[str, str], *, empty: str = EMPTY
 ) -> "list[Patch]":
@@ -39,12 +50,11 @@ def draw_regions(
     look: dict[str, Any] = {"vmin": -0.5, "vmax": len(colors) - 0.5, "shading": "nearest", "rasterized": True}
     axes.pcolormesh(*places, shown, cmap=ListedColormap(list(colors.values())), **look)
     axes.grid(visible=False)
-    frame: dict[str, Any] = {"edgecolor": "0.4", "linewidth": 0.5}
     handles = [
-        Patch(facecolor=color, label=label, **frame)
+        Patch(facecolor=color, label=label, **FRAME)
         for number, (label, color) in enumerate(colors.items())
         if np.any(kinds == number)
     ]
     if np.any(np.asarray(kinds) < 0):
-        handles.append(Patch(facecolor="white", label=empty, **frame))
+        handles.append(empty_patch(empty))
     return handles

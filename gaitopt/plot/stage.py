@@ -1,6 +1,6 @@
 """The frames of an animation as pictures."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot.insets import EnlargedFoot, ForceDiagram, Header
 from gaitopt.plot.scene import Scene
 
@@ -52,9 +53,12 @@ def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Pictu
     figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
     scene = Scene(figure.add_axes((0.0, 0.02, 0.67, 0.86), label="walker"), gait, film)
-    forces = ForceDiagram(figure.add_axes((0.735, 0.52, 0.24, 0.3), label="force"), film)
-    enlarged = EnlargedFoot(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale)
-    parts: tuple[Part, ...] = (scene, forces, enlarged, Header(figure, gait, film))
+    slips = any(part.slipping for part in view_motion(film.motion).segments)
+    place = (0.735, 0.52, 0.24, 0.3) if slips else (0.735, 0.32, 0.24, 0.4)
+    forces = ForceDiagram(figure.add_axes(place, label="force"), film)
+    parts: list[Part] = [scene, forces, Header(figure, gait, film)]
+    if slips:
+        parts.append(EnlargedFoot(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale))
     for part in parts:
         part.show(film.frame(0))  # the view of the still background depends on it
     _animate_moving(parts)
@@ -70,7 +74,7 @@ def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Pictu
         yield np.asarray(canvas.buffer_rgba())
 
 
-def _animate_moving(parts: tuple[Part, ...]) -> None:
+def _animate_moving(parts: Sequence[Part]) -> None:
     """Keep what moves out of the still background."""
     for part in parts:
         for artist in part.moving:

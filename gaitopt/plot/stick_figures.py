@@ -25,6 +25,9 @@ INSTANTS = 9
 NARROWEST = 0.33
 """Smallest distance of neighbouring figures over their height, which leaves room for their times."""
 
+LEAST_SHAPE = 0.08
+"""Least height of the view over its width."""
+
 FRONT = 4
 """Drawing order of the leg in front."""
 
@@ -96,7 +99,14 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     _draw_key(axes, motion, columns=4 if count == INSTANTS else 2)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
+    _raise_flat(axes)
     axes.axis("off")
+
+
+def _raise_flat(axes: "Axes") -> None:
+    """Extend the view of a flat robot upwards, so that the axes have a height."""
+    (low, high), (left, right) = axes.get_ylim(), axes.get_xlim()
+    axes.set_ylim(low, max(high, low + LEAST_SHAPE * (right - left)))
 
 
 def draw_links(axes: "Axes", points: Array, links: Links, **style: Any) -> None:
@@ -146,7 +156,7 @@ def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float
 
 def _spacing(figures: Sequence[Array], cones: Sequence[tuple[float, float]]) -> float:
     """Return the smallest distance between neighbours that keeps them and their friction cones apart [m]."""
-    height = max(float(np.ptp(figure[1])) for figure in figures)
+    height = walker_height(figures)
     height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
     beside = max(left[1] - right[0] for left, right in pairwise(cones))
@@ -161,7 +171,8 @@ def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift:
         color, width, layer = leg_look(motion, contact)
         draw_links(axes, points, (link,), color=color, linewidth=width, zorder=layer)
     joints: dict[str, Any] = {"color": FIRST_LEG, "markersize": 5, "markerfacecolor": "white"}
-    axes.plot(*points[:, motion.joints], "o", zorder=5, clip_on=False, **joints)
+    if motion.joints:  # the markers of an empty line would extend the layout to the corner of the figure
+        axes.plot(*points[:, motion.joints], "o", zorder=5, clip_on=False, **joints)
     arc, rims = find_foot_arc(motion), segment.rims
     if arc is not None and rims is not None:
         feet = np.flatnonzero(rims[2, :, instant.sample] > 0)

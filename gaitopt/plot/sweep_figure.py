@@ -1,5 +1,6 @@
 """The figure of a sweep: a quantity of optimal gaits over one or two parameters, and the sequence of lowest cost."""
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import add_page_legend
-from gaitopt.plot.region_map import draw_regions
+from gaitopt.plot.region_map import EMPTY, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def plot_sweep(
     ('friction', 'impact loss [J]')
     """
     values, unit = _read_quantity(table, quantity)
+    title = _describe_sweep(table)
     table = table.squeeze([name for name in table.status.dims if name != "sequence" and table.sizes[name] == 1])
     names = [str(name) for name in table.status.dims if name != "sequence"]
     if not names:
@@ -83,9 +85,24 @@ def plot_sweep(
     if not np.any(lowest >= 0):
         raise InputError("The sweep has no solved gait to draw.")
     style, label = style or FigureStyle(), label_quantity(quantity, unit)
-    if len(names) == 1:
-        return _draw_lines(table, names[0], (in_shown_unit(values, unit), lowest), label, style)
-    return _draw_maps(table, names, (in_shown_unit(values, unit), lowest), label, style)
+    drawn = in_shown_unit(values, unit), lowest
+    one = len(names) == 1
+    figure = _draw_lines(table, names[0], drawn, label, style) if one else _draw_maps(table, names, drawn, label, style)
+    if style.titled and title:
+        figure.suptitle(title, fontsize=style.font_size)
+    return figure
+
+
+def _describe_sweep(table: "xr.Dataset") -> str:
+    """Return the robot of a sweep, and its contact sequence if it has one only; empty for an incomplete dataset."""
+    try:
+        problem = json.loads(table.attrs["question"])["problem"]
+    except (KeyError, ValueError):
+        return ""
+    facts = [str(problem.get("robot", "")).replace("_", " ")]
+    if table.sizes["sequence"] == 1:
+        facts.append(str(table.sequence.values[0]))
+    return ", ".join(fact for fact in facts if fact) if facts[0] else ""
 
 
 def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":
@@ -176,6 +193,8 @@ def _draw_maps(
             handles = draw_regions(panels[1], (across, upward), lowest, styles)
             texts = [str(handle.get_label()) for handle in handles]
             add_page_legend(figure, handles, texts, columns=3, width=style.width, loc="outside upper center")
+        elif np.any(lowest < 0):
+            add_page_legend(figure, [empty_patch()], [EMPTY], columns=1, width=style.width, loc="outside upper right")
         for axes in panels:
             axes.grid(visible=False)
             axes.label_outer()

@@ -35,6 +35,10 @@ TIE = 1e-6
 SHORT_SLIP = 1e-7
 """Duration [s] below which the replay omits the slip of a foot before its lift-off; it changes speeds by 1e-10 m/s."""
 
+FIRST_INSTANT = 1e-6
+"""Time [s] after the start of the replay in which the smooth event at the boundary of two periods may occur: rounding
+decides whether the first state is before or after this event."""
+
 INSTANT = 1e-9
 """Least time [s] between a state and the next corner of the torques."""
 
@@ -109,7 +113,7 @@ class _Replay:
 
     def run(self) -> PlanarRollout:
         """Return the simulated motion."""
-        start = self._begin()
+        start = self._pass_boundary(self._begin())
         state: PlanarState | Stop = start
         while isinstance(state, PlanarState) and len(self.events) < len(self.planned.events):
             state = self._continue(state)
@@ -126,6 +130,25 @@ class _Replay:
         y = phase.project(guess.y, phase.anchors(guess.y))
         latched = tuple(name for name, mode in first.state.modes if mode is Mode.LATCHED)
         return automaton.begin(y[:n], y[n:], latched=latched)
+
+    def _pass_boundary(self, start: PlanarState | Stop) -> PlanarState | Stop:
+        """Return the state after the smooth events of the first instant if the plan has them at its end instead.
+
+        A period that begins at the onset of slip begins on the friction cone, where stick and slip are both consistent.
+        """
+        first, events = self.planned.segments[0], self.planned.events
+        if isinstance(start, Stop) or not events or events[-1].is_impact:
+            return start
+        state = start
+        for _ in self.robot.contacts:  # contacts that change simultaneously change one after another
+            if state.contacts == first.state:
+                return state
+            arc = self.automata[0].flow(state, FIRST_INSTANT)
+            resolved = Stop.SINGULAR if arc.failed or arc.ended_by is None else self.automata[0].events.resolve(arc)
+            if isinstance(resolved, Stop) or resolved[1].is_impact:
+                return start
+            state = resolved[0]
+        return state if state.contacts == first.state else start
 
     def _continue(self, state: PlanarState) -> PlanarState | Stop:
         """Return the state after the next event, or the reason of a stop."""

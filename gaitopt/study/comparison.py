@@ -140,10 +140,10 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in multipliers_of.items()})
 
 
-def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
+def label_by_sequence(gaits: Mapping[str, Gait], *, keep: bool = False) -> dict[str, Gait]:
     """Return labelled gaits by their contact sequences; if these repeat, by the parameters in which the gaits differ.
 
-    Gaits that differ in no parameter keep their labels in parentheses.
+    Gaits that differ in no parameter keep their labels in parentheses, and with `keep` all gaits do.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def label_by_sequence(gaits: Mapping[str, Gait]) -> dict[str, Gait]:
     """
     texts = _describe_gaits(list(gaits.values()))
     return {
-        text if texts.count(text) == 1 else f"{text} ({label})": gait
+        text if texts.count(text) == 1 and not keep else f"{text} ({label})": gait
         for text, (label, gait) in zip(texts, gaits.items(), strict=True)
     }
 

@@ -1,8 +1,11 @@
 """gaitopt design: families, single problems with free parameters, and robust gaits."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from gaitopt import load, solve
+from gaitopt.cli.design_command import _describe_objective
 
 SCRIPT = """
 from gaitopt import Collocation, Family, GaitProblem, Limits, compass_biped
@@ -34,6 +37,22 @@ def test_a_family_is_solved_replayed_and_saved(command, script, folder):
         gait = load(folder / file)
         assert gait.verification.passed
         assert gait.motion.parameters["hip_mass"] == pytest.approx(run.json["design"]["hip_mass"])
+
+
+@pytest.mark.parametrize(
+    ("weights", "worst_case", "text"),
+    [
+        ((0.5, 0.5), True, "objective: 4, the largest of the gaits (gait 2)"),
+        ((0.75, 0.25), True, "objective: 2.25, the largest weighted one (gait 1, weight 0.75)"),
+        ((0.5, 0.5), False, "objective: 3.5, the mean of the gaits"),
+        ((0.75, 0.25), False, "objective: 3.25, the weighted mean of the gaits"),
+    ],
+)
+def test_the_objective_of_a_family_is_stated_with_its_kind(weights, worst_case, text):
+    shares = [weight * cost for weight, cost in zip(weights, (3.0, 4.0), strict=True)]
+    objective = max(shares) if worst_case else sum(shares)
+    result = SimpleNamespace(gaits=(None, None), weights=weights, costs=(3.0, 4.0), objective=objective)
+    assert _describe_objective(result, worst_case) == text
 
 
 def test_a_single_problem_is_a_family_of_one(command, script, folder):
@@ -121,6 +140,30 @@ def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
     assert "gait in unseen scenarios: maintained at 3 of 3 friction coefficients" in run.out
     assert load(folder / "here" / "own.h5").verification.passed
     assert not (folder / "here" / "own_law.json").exists()
+    shown = " ".join(command("show", folder / "here" / "own.h5").out.split())
+    assert "script own.py, SHA-256 " in shown
+    assert "scenarios friction 0.18 to 0.2; 3 steps, tolerance 0.01" in shown
+    assert "robustness 2 of 2 candidates survived under feedforward, additional cost +" in shown
+
+
+def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(command, script, folder):
+    text = ROBUST.replace('"stick | stick", friction=friction', '"slip+ stick | slip+", friction=friction')
+    text = text.replace('"friction": (0.18, 0.2)', '"friction": (0.139, 0.141)').replace(
+        "tolerance=1e-2", "tolerance=1e-9"
+    )
+    text = text.replace("speed=0.6, step_length=0.45", "speed=0.633, step_length=0.4713")
+    run = command(
+        "design", script(text), "--set", "friction=0.14", "--set", "law=joint_pd", "--count", "1", "-o", "here"
+    )
+    assert run.status == 1, run.err
+    printed = " ".join(run.out.split())
+    assert "the plan is not robust; its gait and gains were written for inspection" in printed
+    assert "The periodic motion of a slipping gait depends on friction" in printed
+    assert "state a larger tolerance=" in printed
+    assert not (folder / "here" / "own.h5").exists()
+    assert (folder / "here" / "own_failed_law.json").exists()
+    shown = " ".join(command("show", folder / "here" / "own_failed.h5").out.split())
+    assert "worst scenario friction 0.1" in shown
 
 
 def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_are_a_law(command, script, folder):

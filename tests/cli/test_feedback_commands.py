@@ -276,6 +276,14 @@ def test_push_prints_a_table(capsys):
     assert "open loop: 1 of 1 walks return" in text.out
 
 
+@pytest.mark.slow
+def test_push_in_open_loop_states_that_no_sensor_is_read(capsys):
+    code, text = run(capsys, "push", GAIT, "--law", "feedforward", "--steps", "6", "--starts", "1", "--workers", "1")
+    assert code == 0
+    assert "No sensor delay: the law does not read the state." in " ".join(text.out.split())
+    assert "torque noise" in text.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -137,7 +137,9 @@ def test_search_ranks_prints_and_goes_on(command, quick, folder):
 
 
 @pytest.mark.slow
-def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, folder, monkeypatch, sticking):
+def test_compare_labels_its_figure_by_contact_sequences_and_the_names_of_the_files(
+    command, slip_file, folder, monkeypatch, sticking
+):
     from gaitopt.plot import comparison_figure
 
     labels, draw = [], comparison_figure.plot_comparison
@@ -152,7 +154,7 @@ def test_compare_labels_its_figure_by_contact_sequences(command, slip_file, fold
     assert command("compare", slip_file, "stick.h5").status == 0
     assert command("compare", slip_file, "again.h5").status == 0
     assert labels == [
-        ["slip+ stick | slip+", "stick | stick"],
+        ["slip+ stick | slip+ (compass_slip)", "stick | stick (stick)"],
         ["slip+ stick | slip+ (compass_slip)", "slip+ stick | slip+ (again)"],
     ]
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from gaitopt import load_diagram
 from gaitopt.cli.output import out
 from gaitopt.cli.trace_output import print_diagram
+from gaitopt.continuation import SpecialKind
 from gaitopt.study.storage.study_lock import lock_study
 from tests.docs.checked_commands import read_command
 
@@ -67,6 +69,30 @@ def test_a_table_over_an_angle_states_degrees_too(root):
     assert "slope [deg]" in branches
     assert f"{first:.6g} to {last:.6g}" in branches
     assert f"{math.degrees(first):.6g} to {math.degrees(last):.6g}" in branches
+
+
+def test_a_trace_without_period_doubling_states_that_doublings_have_no_effect(command, root):
+    options = ("trace", root / WHEEL, "--over", "friction=1:0.95")
+    text = "The branches have no period doubling, so that --doublings has no effect."
+    assert text in command(*options, "--doublings", "1").out
+    assert text not in command(*options).out
+
+
+def test_the_table_of_special_points_states_a_loss_of_stability_at_a_kink(root):
+    diagram = load_diagram(root / "docs/examples/compass_slope.nc")
+    branch = diagram.branches[0]
+    (doubling,) = branch.special
+    assert branch.stability_change(doubling) == "lost"
+    sides = {"multipliers_before": np.array([0.5 + 0.1j, 0]), "multipliers_after": np.array([-3.2, 0])}
+    kink = replace(doubling, kind=SpecialKind.IMPACT_CONE, **sides)
+    back = replace(kink, multipliers_before=sides["multipliers_after"], multipliers_after=sides["multipliers_before"])
+    end = replace(kink, multipliers_after=np.array([]))
+    same = replace(kink, multipliers_after=np.array([0.9]))
+    assert [branch.stability_change(point) for point in (kink, back, end, same)] == ["lost", "gained", "", ""]
+    with out.capture() as capture:
+        print_diagram(replace(diagram, branches=(replace(branch, special=(kink,)),)))
+    (row,) = [line for line in capture.get().splitlines() if "impact cone" in line]
+    assert "lost" in row
 
 
 @pytest.mark.slow

@@ -105,6 +105,7 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     )
     assert "worst: hip_mass " in str(plan)
     assert str(plan).endswith(" from the plan after 3 steps (tolerance 0.0001)")
+    assert plan.advice.startswith("The periodic motion of a gait depends on hip_mass, so the walk does not return")
     test = check_scenarios(plan.gait, plan.law, heavy, count=2)
     assert str(test) == f"maintained in {test.survived} of 2 scenarios"
 

@@ -6,7 +6,7 @@ import attrs
 import casadi as ca
 import numpy as np
 
-from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, RigidLink, Spring
+from gaitopt import Collocation, Drawing, Margins, Parameter, PointContact, PointMass, RigidLink, Spring
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
@@ -226,4 +226,32 @@ def stride(**changes):
         step_length=0.4,
         objective="torque_squared",
         **(options | changes),
+    )
+
+
+def inchworm(sequence):
+    """Two feet on a telescopic body with a shifting weight, which slide in turn without impact."""
+    c = PlanarCoordinates(
+        ("x", "y", "tilt", "gap", "w"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")]
+    )
+    x, y, tilt, gap, w = (c.coordinate(name) for name in ("x", "y", "tilt", "gap", "w"))
+    rear, along = ca.vertcat(x, y), ca.vertcat(ca.cos(tilt), ca.sin(tilt))
+    front, weight = rear + gap * along, rear + w * along + 0.1 * ca.vertcat(-ca.sin(tilt), ca.cos(tilt))
+    robot = assemble_planar(
+        "inchworm",
+        c,
+        bodies=[PointMass(1.0, rear), PointMass(1.0, front), PointMass(3.0, weight)],
+        contacts={"rear": PointContact(rear), "front": PointContact(front)},
+        actuators={"stretch": gap, "shift": w},
+        drawing=Drawing(links=[("rear", "front")]),
+    )
+    return PlanarProblem(
+        robot=robot,
+        sequence=sequence,
+        friction=0.3,
+        speed=(0.01, 1),
+        step_length=0.05,
+        objective="torque_squared",
+        limits=PlanarLimits(torque=200, coordinate={"gap": (0.2, 0.5), "w": (-0.1, 0.6)}),
+        transcription=Collocation(intervals=10),
     )

@@ -1,5 +1,7 @@
 """Animations of robots with several contacts: forces, cones and marks of all feet, and none in flight."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -11,8 +13,9 @@ from gaitopt.model.robots.spoked_wheel import spoked_wheel
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.force_scale import LONGEST_FORCE, force_scale
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.insets import ForceDiagram, choose_foot
+from gaitopt.plot.insets import FootGlass, ForceDiagram, choose_foot
 from gaitopt.plot.scene import Scene
+from gaitopt.plot.stage import draw_pictures
 from gaitopt.plot.style import leg_color
 from gaitopt.simulation import simulate_planar
 
@@ -89,6 +92,14 @@ def test_large_forces_stay_in_the_picture(hop_gait):
 def test_a_hop_is_animated(hop_gait, tmp_path, suffix):
     path = animate(hop_gait, tmp_path / f"hop{suffix}", steps=2, fps=5, slow=1.0)
     assert path.stat().st_size > 5_000
+
+
+def test_the_enlarged_foot_is_omitted_if_no_foot_slides(hop_gait, both_feet):
+    for motion, shown in ((hop_gait.motion, False), (both_feet, True)):
+        film = AnimationFrames(motion, steps=1, rate=5, slow=1.0)
+        with patch("gaitopt.plot.stage.FootGlass", wraps=FootGlass) as glass:
+            next(draw_pictures(None, film))
+        assert glass.called is shown
 
 
 def test_a_simulated_motion_is_animated(both_feet, tmp_path):

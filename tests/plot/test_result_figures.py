@@ -143,6 +143,17 @@ def test_a_sweep_over_two_parameters_shows_the_sequence_of_lowest_cost():
     assert texts == SEQUENCES[:2]
 
 
+def test_a_sweep_states_its_robot_and_its_only_sequence_and_names_points_without_a_gait():
+    table = make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[0])
+    table.attrs["question"] = '{"problem": {"robot": "compass_biped"}}'
+    figure = plot_sweep(table)
+    assert figure.get_suptitle() == f"compass biped, {SEQUENCES[0]}"
+    assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == ["no gait"]
+    several = make_sweep(slope=np.linspace(0.0, 0.1, 5)).assign_attrs(table.attrs)
+    assert plot_sweep(several).get_suptitle() == "compass biped"
+    assert plot_sweep(several, style=FigureStyle(titled=False)).get_suptitle() == ""
+
+
 def test_a_basin_has_a_colour_for_each_ending(results):
     handles = plot_basin(results["basin over two"]).legends[0].legend_handles
     colors = {handle.get_label(): handle.get_facecolor() for handle in handles}

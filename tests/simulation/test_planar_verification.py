@@ -17,7 +17,7 @@ from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, simulate_planar, verify_planar
 from gaitopt.simulation.replay_difference import describe_differences, describe_first_difference
 from gaitopt.status import Status
-from tests.ocp.multicontact_examples import drag, hop, roll_off, stride, walk
+from tests.ocp.multicontact_examples import drag, hop, inchworm, roll_off, stride, walk
 
 COARSE = Collocation(intervals=10)
 SLIPPING = {
@@ -90,6 +90,29 @@ def test_the_replay_has_the_motion_of_the_plan():
     # The trailing foot receives no impulse and does not leave: the forces after the impact keep it on the ground.
     assert np.abs(rollout.motion.events[-1].impulse[1]).max() < 1e-6
     assert rollout.end.contacts.mode("foot B") is Mode.SLIP_FORWARD
+
+
+INCHWORM = ["rear stick, front stick", "rear stick, front slip+", "rear stick, front stick", "rear slip+, front stick"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(4))
+def test_the_replay_of_a_cyclic_sequence_is_independent_of_its_first_phase(first):
+    """A period that begins at the onset of slip begins on the friction cone, where stick is consistent as well."""
+    gait = verify_planar(solve_planar(inchworm(" > ".join([*INCHWORM[first:], *INCHWORM[:first]]) + " >")))
+    assert gait.verification.reasons == ()
+    assert gait.verification.sequence == gait.motion.sequence
+    assert gait.verification.period_error < 1e-7
+
+
+@pytest.mark.slow
+def test_a_period_that_begins_inside_the_friction_cone_does_not_begin_with_slip():
+    gait = solve_planar(inchworm(" > ".join([*INCHWORM[1:], INCHWORM[0]]) + " >"))
+    rough = replace(gait.motion, parameters={**gait.motion.parameters, "friction": 0.301})
+    first = replay_planar(gait.replace_fields(motion=rough)).motion.segments[0]
+    assert first.state.mode("front") is Mode.STICK
+    assert first.time[-1] > 1e-6
+    assert not verify_planar(gait.replace_fields(motion=rough)).verification.passed
 
 
 def test_tolerances_and_types_are_checked():

@@ -12,6 +12,7 @@ from gaitopt import (
     by_stance_angle,
     compass_biped,
     computed_torque,
+    feedforward,
     joint_pd,
     load,
     step_lqr,
@@ -21,6 +22,7 @@ from gaitopt.control.torque_noise import add_torque_noise
 from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.stability import PlanarWalkProblem
 from gaitopt.study import WalkTest, assess_robustness
+from gaitopt.study.robustness.disturbed_gait import reads_state
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +51,14 @@ def test_every_kind_is_survived_up_to_a_limit(gait):
         assert each.failed is None or each.failed >= each.survived
     assert found["uphill slope"].survived < 0.1
     assert 0 < found["sensor delay"].survived < gait.period / 2
+
+
+def test_planned_torques_read_no_sensor_and_have_no_margin_of_its_delay(gait):
+    robot, law = compass_biped(), feedforward(compass_biped(), gait.motion)
+    walking, test = WalkTest(steps=1, patch=1, resolution=1.0), PushTest(starts=1, steps=1, resolution=1.0)
+    kinds = [each.kind for each in assess_robustness(robot, law, assess_stability(gait), walking=walking, test=test)]
+    assert kinds == ["push", "downhill slope", "uphill slope", "friction patch", "torque noise"]
+    assert reads_state(step_lqr(robot, gait.motion))  # latched values depend on the state
 
 
 @pytest.mark.parametrize("limit", [np.inf, 8.0])

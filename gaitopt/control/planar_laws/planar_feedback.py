@@ -195,8 +195,18 @@ def find_section(gait: PlanarGait) -> str:
     last = gait.require().motion.events[-1]
     closing = [name for name in last.names if name.endswith(" closes")]
     if not last.is_impact or not closing:
-        raise InputError(f"The gait '{gait.sequence}' must end with an impact, at which the clock of a law is reset.")
+        raise InputError(
+            f"The gait '{gait.sequence}' must end with an impact, at which the clock of a law is reset. "
+            f"{_name_remedy(gait)}"
+        )
     return closing[0]
+
+
+def _name_remedy(gait: PlanarGait) -> str:
+    """Return what to do with a gait whose last event is not an impact."""
+    if any(event.is_impact for event in gait.motion.events):
+        return "Solve it with a sequence that begins after its impact, so that '|' is the end of the sequence."
+    return "It has no impact, so its multipliers and feedback laws are not available; gaitopt verify replays it."
 
 
 def select_actuators(gait: PlanarGait, actuators: Sequence[str] | None) -> tuple[str, ...]:

@@ -170,3 +170,20 @@ def disturb_gait(
         "A push test needs a Robot, a Law and a Cycle (one foot on the ground), or a PlanarRobot, a PlanarLaw and a "
         f"PlanarCycle (several contacts), got {kinds}."
     )
+
+
+def reads_state(law: Law | PlanarLaw) -> bool:
+    """Return whether the torques of a law depend on the state; those of the planned torques depend on the clock only.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, computed_torque, feedforward, load
+    >>> robot, motion = compass_biped(), load("docs/examples/compass_slip.h5").motion
+    >>> reads_state(feedforward(robot, motion)), reads_state(computed_torque(robot, motion, stiffness=25, damping=10))
+    (False, True)
+    """
+    state = (1, 2, 3, 4)  # inputs of a law's Function, whose outputs 0 and 2 are torques and guards
+    return any(
+        part.index is not None or any(part.control.jac_sparsity(output, i).nnz() for output in (0, 2) for i in state)
+        for part in (law.parts if isinstance(law, PlanarLaw) else (law,))
+    )

@@ -23,7 +23,7 @@ from gaitopt.simulation.engine import Engine
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, find_largest_recovery
-from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait
+from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait, reads_state
 
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
@@ -99,8 +99,8 @@ def assess_robustness(
     Slope: a change of slope for all steps, uphill and downhill.  Friction patch: the drop of friction over the first
     steps.  Torque noise: standard deviation of seeded noise on each actuator, constant over a tenth of the step
     and added before the torque limits.  Sensor delay: age of the state the law reads (:mod:`gaitopt.simulation.delay`),
-    up to half the period.  Except for the push, a disturbance is survived if all steps are completed, even in another
-    gait.
+    up to half the period, omitted for a law that does not read the state.  Except for the push, a disturbance is
+    survived if all steps are completed, even in another gait.
 
     Parameters
     ----------
@@ -144,7 +144,9 @@ def assess_robustness(
     if math.isfinite(cycle.parameters["friction"]):
         kinds.append("friction patch")
     if robot.n_u:
-        kinds += ["torque noise", "sensor delay"]
+        kinds.append("torque noise")
+        if reads_state(law):
+            kinds.append("sensor delay")
     planned, margins = [Task(kind, kind) for kind in kinds], {}
     execution = execution or Execution()
     for done in run_tasks(_find_margin, planned, setting, execution=execution):
