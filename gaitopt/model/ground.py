@@ -23,8 +23,8 @@ GROUND = (
 class Ground(Mapping[str, Any]):
     """A plane with Coulomb friction, as a mapping from the names of the ground's parameters to their values.
 
-    A contact at rest sticks while abs(f_t) <= static_friction f_n; for a sliding contact and a slipping impact
-    abs(f_t) = friction f_n.
+    A contact at rest sticks while abs(f_t) <= static_friction f_n; for a sliding contact abs(f_t) = friction f_n.  The
+    impulses of impacts, sticking or slipping, have the coefficient `friction`.
 
     Parameters
     ----------

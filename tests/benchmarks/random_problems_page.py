@@ -54,7 +54,8 @@ def compose_row(number, row, best):
     """Return the row of a problem."""
     sequence = row["sequence"].replace("|", "\\|")
     cells = [str(number), f"`{sequence}`", row["objective"].replace("_", " "), row["status"].replace("_", " ")]
-    cells += [row.get("verified", "").replace("_", " "), text(row["cost"], ".6g"), text(best, ".6g")]
+    replay = row.get("verified", "").replace("_", " ")
+    cells += ["passed" if replay == "solved" else replay, text(row["cost"], ".6g"), text(best, ".6g")]
     cells += [text(percent(value), ".3f") for value in (excess(row, best), grid_error(row), row.get("estimate"))]
     cells += [text(disagreement(row), ".0e"), text(row["processor_seconds"], ".2f")]
     return "| " + " | ".join(cells) + " |"
