@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
+from gaitopt.tuning.law_script import split_script_law
 
 if TYPE_CHECKING:
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
@@ -48,6 +49,11 @@ class PlanarLawOption:
 
         if Path(self.name).suffix == ".json":
             return self._tuned_law(gait)
+        if split_script_law(self.name):
+            from gaitopt.cli.script_law import make_family_law
+
+            law: PlanarLaw = make_family_law(self.family(gait), {}, self.gains)
+            return law
         name = self.name.strip().replace("-", "_").replace(" ", "_")
         name = SYNONYMS.get(name, name)
         if name not in PLANAR_LAWS:
@@ -80,19 +86,30 @@ class PlanarLawOption:
 
         if self.stance_angle:
             raise InputError("--stance-angle is not accepted for a robot with several contacts.")
-        if self.name.partition(":")[0].endswith(".py"):
-            raise InputError("A custom law of a script is not accepted for a robot with several contacts.")
         limit = float("inf") if self.torque_limit is None else self.torque_limit
+        if source := split_script_law(self.name):
+            from gaitopt.cli.script_law import custom_design
+
+            return custom_design(*source, gait.robot, gait, limit)
         return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
 
     def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
         """Return the law of a file of tuned gains; options of the command replace its gains and its torque limit."""
+        from gaitopt.cli.law_option import require_known_law
+        from gaitopt.cli.script_law import custom_design, make_family_law
         from gaitopt.tuning.controller_family import FamilySettings
         from gaitopt.tuning.tuning_file import load_tuning
 
         if self.stance_angle:
             raise InputError("--stance-angle is not accepted for a robot with several contacts.")
         tuned, changes = load_tuning(self.name), read_numbers(self.gains, "--gain")
+        if source := split_script_law(tuned.family):
+            limit = tuned.settings.torque_limit if self.torque_limit is None else self.torque_limit
+            custom: PlanarLaw = make_family_law(
+                custom_design(*source, gait.robot, gait, limit), tuned.gains, self.gains
+            )
+            return custom
+        require_known_law(self.name, tuned)
         for gain in changes:
             if gain not in tuned.gains:
                 raise InputError(f"The law {tuned.family!r} has no gain {gain!r}. {suggest(gain, tuned.gains)}")

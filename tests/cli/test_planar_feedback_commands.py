@@ -116,7 +116,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
         (("simulate", "--state", "a=nan"), "must have finite values, got a = nan"),
         (("tune", "--law", "push_off"), "'push_off' is not available for robots with several contacts"),
         (("tune", "--stance-angle"), "--stance-angle is not accepted for a robot with several contacts"),
-        (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),
+        (("tune", "--law", "mine.py:law"), "There is no law script mine.py"),
         (
             ("tune", "--law", "step_lqr", "--torque-limit", 5),
             "'step_lqr' of a robot with several contacts accepts no torque",
