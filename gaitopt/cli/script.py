@@ -174,10 +174,10 @@ def call_script(path: Path, settings: Sequence[str], function: str = "problem") 
 
 def run_function(path: Path, function: str, *arguments: Any) -> Any:
     """Return what a function of a script returns for positional arguments; errors as :func:`call_script`."""
-    return run_loaded(path, load_script(path, function), *arguments)
+    return run_in_script(path, load_script(path, function), *arguments)
 
 
-def run_loaded(path: Path, loaded: Callable[..., Any], *arguments: Any) -> Any:
+def run_in_script(path: Path, loaded: Callable[..., Any], *arguments: Any) -> Any:
     """Return what a loaded function of a script returns for positional arguments; errors as :func:`call_script`."""
     with _running(path):
         return loaded(*arguments)

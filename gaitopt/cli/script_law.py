@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.script import load_script, run_loaded
+from gaitopt.cli.script import load_script, run_in_script
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, ScriptError, suggest
 
@@ -100,7 +100,7 @@ def _call(script: Path, function: str, *arguments: Any) -> Any:
     except TypeError:
         raise InputError(f"{function}{signature} of {script} is not the function of a law; {FORM}.") from None
     try:
-        return run_loaded(script, called, *arguments)
+        return run_in_script(script, called, *arguments)
     except (InputError, ScriptError) as error:
         if not isinstance(arguments[0], PlanarRobot) or not any(name in str(error) for name in PLANAR_ARGUMENTS):
             raise

@@ -52,7 +52,7 @@ class NamedEntries(Mapping[str, ca.SX]):
 
 
 @dataclass(frozen=True, eq=False)
-class LawState:
+class FeedbackState:
     """The state of the robot as expressions: the first argument of a custom law's function.
 
     Attributes
@@ -65,7 +65,7 @@ class LawState:
     Examples
     --------
     >>> q, v = (NamedEntries(kind, ["th"], ca.SX.sym(kind)) for kind in ("coordinate", "rate"))
-    >>> LawState(ca.SX.sym("t"), q, v).v["th"]
+    >>> FeedbackState(ca.SX.sym("t"), q, v).v["th"]
     SX(rate)
     """
 
@@ -75,7 +75,7 @@ class LawState:
 
 
 @dataclass(frozen=True, eq=False)
-class LawPlan:
+class FeedbackPlan:
     """The planned motion at the time of the state: the second argument of a custom law's function.
 
     Attributes
@@ -93,7 +93,7 @@ class LawPlan:
     Examples
     --------
     >>> nothing = NamedEntries("planned torque", [], ca.SX(0, 1), "The law has no plan.")
-    >>> LawPlan(nothing, nothing, nothing, None, 0).torque["hip"]
+    >>> FeedbackPlan(nothing, nothing, nothing, None, 0).torque["hip"]
     Traceback (most recent call last):
     ...
     gaitopt.errors.InputError: There is no planned torque 'hip'. The law has no plan.

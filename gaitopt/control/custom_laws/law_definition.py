@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.custom_laws.law_arguments import LawPlan, LawState, NamedEntries
-from gaitopt.control.custom_laws.torque_expression import FORM, TorqueFunction, check_torque, evaluate_torque
+from gaitopt.control.custom_laws.law_arguments import FeedbackPlan, FeedbackState, NamedEntries
+from gaitopt.control.custom_laws.torque_expression import FORM, TorqueFunction, check_torque_expression, evaluate_torque
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_feedback import find_section
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
@@ -124,11 +124,15 @@ def _make_law(
 def _read_gains(function: TorqueFunction) -> dict[str, float]:
     """Return the gains of a custom law's function with their default values."""
     form = f"a function (state, plan, gain=value, ...) that returns {FORM}"
-    if isinstance(function, type) or not callable(function):
+    name = getattr(function, "__name__", None)
+    if isinstance(function, type) or not callable(function) or name is None:
         kind = f"the class {function.__name__}" if isinstance(function, type) else repr(function)
         raise InputError(f"define_law must be applied to {form}, got {kind}.")
-    parameters = list(inspect.signature(function).parameters.values())
-    text = f"{function.__name__}{inspect.signature(function)}"
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # a compiled function
+        raise InputError(f"define_law must be applied to {form}, got {function!r}.") from None
+    parameters, text = list(signature.parameters.values()), f"{name}{signature}"
     positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
     if len(parameters) < 2 or any(
         each.kind not in positional or each.default is not each.empty for each in parameters[:2]
@@ -161,7 +165,7 @@ class _LawBuilder:
         if motion is None:
             inputs = law_inputs(robot, data=len(self.gains))
             nothing = NamedEntries("planned value", (), ca.SX(0, 1), "The law is made without a planned motion.")
-            plan, table, begins = LawPlan(nothing, nothing, nothing, None, 0), np.zeros((0, 1)), np.zeros(1)
+            plan, table, begins = FeedbackPlan(nothing, nothing, nothing, None, 0), np.zeros((0, 1)), np.zeros(1)
         else:
             references = reference(robot, motion)
             inputs = law_inputs(robot, data=references.size + len(self.gains))
@@ -182,19 +186,19 @@ class _LawBuilder:
         self,
         robot: Robot | PlanarRobot,
         names: tuple[str, ...],
-        arguments: tuple[LawInputs, LawPlan],
+        arguments: tuple[LawInputs, FeedbackPlan],
         table: Array,
         begins: Array,
     ) -> Law:
         """Return the law about a part of the plan; the gains are the last rows of its table."""
         (inputs, plan), first = arguments, table.shape[0]
-        state = LawState(
+        state = FeedbackState(
             inputs.clock, NamedEntries("coordinate", names, inputs.q), NamedEntries("rate", names, inputs.v)
         )
         rows = {name: first + i for i, name in enumerate(self.gains)}
         symbols = {name: inputs.data[row] for name, row in rows.items()}
         torque = evaluate_torque(self.function, state, plan, symbols, robot.actuators)
-        check_torque(self.function.__name__, inputs, torque, robot.actuators)
+        check_torque_expression(self.function.__name__, inputs, torque, robot.actuators)
         values = np.array([*self.gains.values()])[:, None]
         control = control_function(inputs, ca.cse(ca.densify(torque)))
         numbers = np.vstack([table, np.tile(values, begins.size)])
@@ -202,10 +206,10 @@ class _LawBuilder:
         return limit_torque(law, torque_limits(robot, self.torque_limit))
 
 
-def _plan(references: Reference, inputs: LawInputs, motion: Motion) -> LawPlan:
+def _plan(references: Reference, inputs: LawInputs, motion: Motion) -> FeedbackPlan:
     """Return the plan of a robot with one foot on the ground."""
     desired, robot = references.evaluate(inputs.clock, inputs.data), references.robot
-    return LawPlan(
+    return FeedbackPlan(
         NamedEntries("planned coordinate", robot.angles, desired.angles),
         NamedEntries("planned rate", ("x", *robot.angles), ca.vertcat(desired.foot_speed, desired.rates)),
         NamedEntries("planned torque", robot.actuators, desired.torque),
@@ -214,10 +218,10 @@ def _plan(references: Reference, inputs: LawInputs, motion: Motion) -> LawPlan:
     )
 
 
-def _planar_plan(references: PlanarReference, inputs: LawInputs, gait: PlanarGait, part: int) -> LawPlan:
+def _planar_plan(references: PlanarReference, inputs: LawInputs, gait: PlanarGait, part: int) -> FeedbackPlan:
     """Return a part of the plan of a robot with several contacts."""
     robot, (q, v) = references.robot, references.state(inputs.clock, inputs.data)
-    return LawPlan(
+    return FeedbackPlan(
         NamedEntries("planned coordinate", robot.coordinates, q),
         NamedEntries("planned rate", robot.coordinates, v),
         NamedEntries("planned torque", robot.actuators, references.torque(inputs.clock, inputs.data)),

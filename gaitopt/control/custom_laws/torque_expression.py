@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import casadi as ca
 import numpy as np
 
-from gaitopt.control.custom_laws.law_arguments import LawPlan, LawState
+from gaitopt.control.custom_laws.law_arguments import FeedbackPlan, FeedbackState
 from gaitopt.control.signature import LawInputs
 from gaitopt.errors import GaitoptError, InputError, suggest
 
@@ -24,7 +24,11 @@ TorqueFunction = Callable[..., Any]
 
 
 def evaluate_torque(
-    function: TorqueFunction, state: LawState, plan: LawPlan, gains: Mapping[str, ca.SX], actuators: tuple[str, ...]
+    function: TorqueFunction,
+    state: FeedbackState,
+    plan: FeedbackPlan,
+    gains: Mapping[str, ca.SX],
+    actuators: tuple[str, ...],
 ) -> ca.SX:
     """Return the torques of a custom law's function, shape (n_u, 1); planned ones for actuators that are not named.
 
@@ -49,12 +53,12 @@ def evaluate_torque(
                     f"{name} returns a torque of {actuator!r}, which is not an actuator of the robot. "
                     f"{suggest(str(actuator), actuators)}"
                 )
-        entries = [made.get(actuator, _planned(plan, actuator)) for actuator in actuators]
+        entries = [made.get(actuator, _find_planned_torque(plan, actuator)) for actuator in actuators]
         return ca.vertcat(*[_number(name, *entry) for entry in zip(actuators, entries, strict=True)])
     return _vector(name, made, actuators)
 
 
-def _planned(plan: LawPlan, actuator: str) -> ca.SX:
+def _find_planned_torque(plan: FeedbackPlan, actuator: str) -> ca.SX:
     return plan.torque[actuator] if plan.torque else ca.SX(0)
 
 
@@ -92,7 +96,7 @@ def _number(name: str, actuator: str, value: Any) -> ca.SX:
     return torque
 
 
-def check_torque(name: str, inputs: LawInputs, torque: ca.SX, actuators: tuple[str, ...]) -> None:
+def check_torque_expression(name: str, inputs: LawInputs, torque: ca.SX, actuators: tuple[str, ...]) -> None:
     """Raise InputError if a torque depends on other symbols, is not a number, or has an operation that jumps."""
     for actuator, entry in zip(actuators, ca.vertsplit(torque), strict=True):
         function = ca.Function("torque", [*inputs], [entry], {"allow_free": True})
