@@ -4,19 +4,16 @@ import functools
 import math
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.settings import read_numbers
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import InputError
 from gaitopt.tuning.law_script import split_script_law
 
 if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
     from gaitopt.control.law import Law
     from gaitopt.model.robot import Robot
     from gaitopt.motion.gait import Gait
-    from gaitopt.motion.motion import Motion
     from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.tuning.controller_family import ControllerFamily
     from gaitopt.tuning.tuning_file import TunedGains
@@ -49,17 +46,15 @@ def law_for(
             raise InputError("The feedforward torques of a gait have no limit to set; name a feedback law with --law.")
         law = feedforward(robot, gait.motion)
         return by_stance_angle(robot, gait.motion, law) if stance_angle else law
-    design, values = design_for(gait, robot, name, torque_limit, stance_angle), dict[str, float]()
+    from gaitopt.cli.script_law import make_family_law
+
+    design, tuned = design_for(gait, robot, name, torque_limit, stance_angle), dict[str, float]()
     if _is_file(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
-        values.update(load_tuning(name).gains)
-    values = {each.name: values.get(each.name, each.start) for each in design.gains}
-    for gain, value in read_numbers(gains, "--gain").items():
-        if gain not in values:
-            raise InputError(f"The law {design.name!r} has no gain {gain!r}. {suggest(gain, values)}")
-        values[gain] = value
-    return design.law(values)
+        tuned.update(load_tuning(name).gains)
+    custom: Law = make_family_law(design, tuned, gains)
+    return custom
 
 
 def law_of_gait(
@@ -106,6 +101,7 @@ def design_for(
     gait: "Gait", robot: "Robot", name: str, torque_limit: float | None, stance_angle: bool
 ) -> "ControllerFamily":
     """Return the family of laws for a gait: by name, of a script as SCRIPT.py:FUNCTION, or of a file of tuned gains."""
+    from gaitopt.cli.script_law import custom_design
     from gaitopt.tuning.controller_family import controller_family_named
 
     limit: float | Mapping[str, float]
@@ -114,7 +110,7 @@ def design_for(
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
-        _require_known_law(name, tuned)
+        require_known_law(name, tuned)
         name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
@@ -125,7 +121,7 @@ def design_for(
     return design.by_stance_angle(robot, gait.motion) if stance_angle else design
 
 
-def _require_known_law(file: str, tuned: "TunedGains") -> None:
+def require_known_law(file: str, tuned: "TunedGains") -> None:
     """Raise InputError if a file of tuned gains names neither a family of gaitopt nor a function of a script."""
     from gaitopt.tuning.controller_family import FAMILIES
 
@@ -137,34 +133,6 @@ def _require_known_law(file: str, tuned: "TunedGains") -> None:
         f"function (robot, motion, torque_limit) that returns the law, and use --law SCRIPT.py:FUNCTION {gains}; or "
         "tune ControllerFamily.from_law(law, name='SCRIPT.py:FUNCTION'), so that the saved file names the function."
     )
-
-
-def custom_design(
-    script: Path, function: str, robot: "Robot", motion: "Motion", limit: float | Mapping[str, float]
-) -> "ControllerFamily":
-    """Return the family of laws that a function (robot, motion, torque_limit) of a script makes.
-
-    The function may return a single law: its gains are tuned.  Laws without torque limits get those of the command.
-
-    Raises
-    ------
-    InputError
-        If the script has no such function, or it returns something else.
-    ScriptError
-        If the script raises anything else.
-    """
-    from gaitopt.cli.script import run_function
-    from gaitopt.control.law import Law
-    from gaitopt.tuning.controller_family import ControllerFamily
-
-    made = run_function(script, function, robot, motion, limit)
-    design = ControllerFamily.from_law(made) if isinstance(made, Law) else made
-    if not isinstance(design, ControllerFamily):
-        raise InputError(
-            f"{function}(robot, motion, torque_limit) of {script} must return a Law or a ControllerFamily, it returned "
-            f"{type(made).__name__}."
-        )
-    return replace(design.with_torque_limit(robot, limit), name=f"{script}:{function}")
 
 
 def limit_for(gait: "Gait", torque_limit: float | None) -> float | dict[str, float]:

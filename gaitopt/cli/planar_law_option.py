@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
+from gaitopt.tuning.law_script import split_script_law
 
 if TYPE_CHECKING:
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
@@ -57,6 +58,11 @@ class PlanarLawOption:
         from gaitopt.tuning.controller_family import SYNONYMS
         from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
+        if split_script_law(self.name):
+            from gaitopt.cli.script_law import make_family_law
+
+            law: PlanarLaw = make_family_law(self._time_family(gait), {}, self.gains)
+            return law
         name = self.name.strip().replace("-", "_").replace(" ", "_")
         name = SYNONYMS.get(name, name)
         if name not in PLANAR_LAWS:
@@ -66,7 +72,7 @@ class PlanarLawOption:
             )
         limit = float("inf") if self.torque_limit is None else self.torque_limit
         if name == "joint_pd":
-            values = {gain.name: gain.start for gain in self.family(gait).gains}
+            values = {gain.name: gain.start for gain in self._time_family(gait).gains}
             return planar_joint_pd(gait, torque_limit=limit).with_gains(values | read_numbers(self.gains, "--gain"))
         if self.gains or (self.torque_limit is not None and name != "lqr"):
             limits = "" if name == "lqr" else " and no torque limit"
@@ -83,20 +89,36 @@ class PlanarLawOption:
         InputError
             If there is no such family for a robot with several contacts.
         """
+        family = self._time_family(gait)
+        return family.by_stance_angle(gait.robot, gait) if self.stance_angle else family
+
+    def _time_family(self, gait: "PlanarGait") -> "ControllerFamily":
+        """Return the controller family of laws of the time since the section."""
         from gaitopt.tuning.controller_family import controller_family_named
 
-        if self.name.partition(":")[0].endswith(".py"):
-            raise InputError("A custom law of a script is not accepted for a robot with several contacts.")
         limit = float("inf") if self.torque_limit is None else self.torque_limit
-        family = controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
-        return family.by_stance_angle(gait.robot, gait) if self.stance_angle else family
+        if source := split_script_law(self.name):
+            from gaitopt.cli.script_law import custom_design
+
+            return custom_design(*source, gait.robot, gait, limit)
+        return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
 
     def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
         """Return the law of a file of tuned gains; options of the command replace its gains and its torque limit."""
+        from gaitopt.cli.law_option import require_known_law
+        from gaitopt.cli.script_law import custom_design, make_family_law
         from gaitopt.tuning.controller_family import FamilySettings
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned, changes = load_tuning(self.name), read_numbers(self.gains, "--gain")
+        if source := split_script_law(tuned.family):
+            limit = tuned.settings.torque_limit if self.torque_limit is None else self.torque_limit
+            family = custom_design(*source, gait.robot, gait, limit)
+            if self.stance_angle or tuned.settings.stance_angle:
+                family = family.by_stance_angle(gait.robot, gait)
+            custom: PlanarLaw = make_family_law(family, tuned.gains, self.gains)
+            return custom
+        require_known_law(self.name, tuned)
         for gain in changes:
             if gain not in tuned.gains:
                 raise InputError(f"The law {tuned.family!r} has no gain {gain!r}. {suggest(gain, tuned.gains)}")

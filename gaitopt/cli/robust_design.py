@@ -87,7 +87,7 @@ def _paths(folder: Path, name: str) -> tuple[Path, Path]:
 
 def _load_law(stated: "RobustProblem") -> "RobustProblem":
     """Return the problem; a law SCRIPT.py:FUNCTION is replaced by this function."""
-    from gaitopt.cli.law_option import custom_design
+    from gaitopt.cli.script_law import custom_design
     from gaitopt.tuning.law_script import split_script_law
 
     source = split_script_law(stated.law) if isinstance(stated.law, str) else None

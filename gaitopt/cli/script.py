@@ -127,6 +127,8 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
     verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
     if function not in verbs:
         known = [name for name, value in vars(module).items() if _is_defined_in(module, value) and name[0] != "_"]
+        if hasattr(module, function):
+            return f"{function} of {path} is a {type(getattr(module, function)).__name__}, not a function."
         return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
@@ -172,9 +174,13 @@ def call_script(path: Path, settings: Sequence[str], function: str = "problem") 
 
 def run_function(path: Path, function: str, *arguments: Any) -> Any:
     """Return what a function of a script returns for positional arguments; errors as :func:`call_script`."""
-    called = load_script(path, function)
+    return run_in_script(path, load_script(path, function), *arguments)
+
+
+def run_in_script(path: Path, loaded: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a loaded function of a script returns for positional arguments; errors as :func:`call_script`."""
     with _running(path):
-        return called(*arguments)
+        return loaded(*arguments)
 
 
 def build_problem(path: Path, settings: Sequence[str] | None = None) -> GaitProblem:

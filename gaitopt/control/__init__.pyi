@@ -1,4 +1,5 @@
 from gaitopt.control.computed_torque import computed_torque as computed_torque
+from gaitopt.control.custom_laws.law_definition import define_law as define_law
 from gaitopt.control.joint_pd import joint_pd as joint_pd
 from gaitopt.control.law import Law as Law
 from gaitopt.control.law import feedforward as feedforward

@@ -10,12 +10,13 @@ from gaitopt.control.computed_torque import computed_torque
 from gaitopt.control.joint_pd import joint_pd
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.phase_variable import by_stance_angle
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.push_off import push_off
 from gaitopt.control.torque_saturation import UNLIMITED, limit_torque, torque_limits
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
-from gaitopt.motion.motion import Motion
+from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.tuning.gain import Gain
 
@@ -74,7 +75,7 @@ class ControllerFamily:
     settings: FamilySettings = field(default=FamilySettings(), repr=False)
 
     @staticmethod
-    def from_law(law: Law, name: str | None = None) -> "ControllerFamily":
+    def from_law(law: Law | PlanarLaw, name: str | None = None) -> "ControllerFamily":
         """Return the family of a law with gains between 0 and three times their values in the law.
 
         Gains of value 0 are not tuned.
@@ -106,7 +107,7 @@ class ControllerFamily:
         settings = replace(self.settings, fixed={**self.settings.fixed, **fixed})
         return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
 
-    def with_torque_limit(self, robot: Robot, limit: TorqueLimit) -> "ControllerFamily":
+    def with_torque_limit(self, robot: Robot | PlanarRobot, limit: TorqueLimit) -> "ControllerFamily":
         """Return the family of the same laws with torque limits [N m]; laws that state their limits keep them.
 
         Raises
@@ -124,9 +125,11 @@ class ControllerFamily:
         """
         limits = torque_limits(robot, limit)
 
-        def limited_law(values: Mapping[str, float]) -> Law:
+        def limited_law(values: Mapping[str, float]) -> Law | PlanarLaw:
             law = self.law(values)
-            return law if law.limited else limit_torque(law, limits)
+            if isinstance(law, PlanarLaw):
+                return replace(law, parts=tuple(_limit_law(part, limits) for part in law.parts))
+            return _limit_law(law, limits)
 
         return replace(self, law=limited_law, settings=replace(self.settings, torque_limit=limit))
 
@@ -146,6 +149,10 @@ class ControllerFamily:
             return by_stance_angle(robot, motion, self.law(values))
 
         return replace(self, law=law_by_angle, settings=replace(self.settings, stance_angle=True))
+
+
+def _limit_law(law: Law, limits: Array) -> Law:
+    return law if law.limited else limit_torque(law, limits)
 
 
 def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:

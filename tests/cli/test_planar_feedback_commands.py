@@ -150,7 +150,7 @@ def test_a_law_by_the_stance_angle_is_tuned_stored_simulated_and_exported(gait, 
         (("simulate", "--state", "a=0.3", "--state", "b=0.2", "--state", "y=1"), "No state near the gait"),
         (("simulate", "--state", "a=nan"), "must have finite values, got a = nan"),
         (("tune", "--law", "push_off"), "'push_off' is not available for robots with several contacts"),
-        (("tune", "--law", "mine.py:law"), "A custom law of a script is not accepted"),
+        (("tune", "--law", "mine.py:law"), "There is no law script mine.py"),
         (
             ("tune", "--law", "step_lqr", "--torque-limit", 5),
             "'step_lqr' of a robot with several contacts accepts no torque",

@@ -1,5 +1,6 @@
 """PlanarLaw: the control law of a periodic motion with impacts, one law for each part between two of them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -106,6 +107,6 @@ class PlanarLaw:
         """Gains by name."""
         return self.parts[0].gain_values
 
-    def with_gains(self, values: dict[str, float]) -> "PlanarLaw":
+    def with_gains(self, values: Mapping[str, float]) -> "PlanarLaw":
         """Return the law with other gains in every part; raise InputError if it has no such gain."""
         return replace(self, parts=tuple(part.with_gains(values) for part in self.parts))
