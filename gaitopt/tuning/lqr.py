@@ -13,7 +13,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.state_feedback import state_feedback
 from gaitopt.control.step_to_step import step_to_step
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, NoGaitError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
@@ -148,7 +148,7 @@ def step_lqr(
     walker = make_walker(robot, zero_feedback, motion.parameters, period=motion.period)
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
-        raise InputError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
+        raise NoGaitError(f"No periodic gait of the walker under the law {base.name!r} was found near the planned one.")
     effect = Linearisation(walker).latched_effect(point.passage.states[0], point.passage.walk_steps[0])[section.places]
     sizes = [weights.angle] * (n_a - 1) + [weights.rate] * n_a + [weights.foot_speed]
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2

@@ -406,6 +406,42 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         assert message in " ".join(text.err.split())
 
 
+LAWS = """
+import casadi as ca
+import numpy as np
+
+from gaitopt import Law, feedforward
+from gaitopt.control import control_function, law_inputs
+
+
+def without_gains(robot, motion, torque_limit):
+    return feedforward(robot, motion)
+
+
+def falling(robot, motion, torque_limit):
+    i = law_inputs(robot, data=1)
+    control = control_function(i, ca.vertcat(50 * i.data, 0))
+    return Law("falling", control, np.zeros(1), np.ones((1, 1)), {"k": 0})
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (("tune", GAIT, "--law", "laws.py:without_gains"), 2, "has no gains to tune: name rows of its table"),
+        (("stability", GAIT, "--law", "laws.py:falling"), 1, "No periodic gait of the walker under the law"),
+    ],
+)
+def test_a_custom_law_that_cannot_be_used_ends_in_a_sentence(capsys, tmp_path, monkeypatch, arguments, status, message):
+    (tmp_path / "laws.py").write_text(LAWS)
+    command, gait, *rest = arguments
+    gait = str(Path(gait).resolve())
+    monkeypatch.chdir(tmp_path)
+    code, text = run(capsys, command, gait, *rest)
+    assert code == status
+    assert message in " ".join(text.err.split())
+
+
 def test_a_law_tuned_in_python_is_read_if_its_family_names_the_script(capsys, script, slip_gait, tmp_path):
     """The file of a family without script states how the law is used: its function and the tuned gains."""
     name, gains = f"{script}:hip_spring", tmp_path / "gains.json"

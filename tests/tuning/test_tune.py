@@ -16,6 +16,7 @@ from gaitopt import (
     Stop,
     assess_stability,
     compass_biped,
+    feedforward,
     joint_pd,
     simulate,
     tune_feedback,
@@ -210,3 +211,9 @@ def test_a_tuning_is_shown_in_a_line(tuned):
     many = dataclasses.replace(tuned, gains={f"actuator_{k}_stiffness": 1 / 3 for k in range(50)})
     assert len(repr(tuned)) < len(repr(many)) < 300
     assert "np.float64" not in repr(tuned)
+
+
+def test_a_law_without_gains_is_refused(slipping):
+    family = ControllerFamily.from_law(feedforward(slipping.robot, slipping.motion))
+    with pytest.raises(InputError, match="has no gains to tune: name rows of its table"):
+        tune_feedback(slipping, family)
