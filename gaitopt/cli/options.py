@@ -69,7 +69,11 @@ GuessFile = Annotated[
 ]
 GuessColumns = Annotated[
     list[str] | None,
-    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate in the file of --guess (repeatable)."),
+    typer.Option(
+        "--column",
+        metavar="NAME=COLUMN",
+        help="Column of a coordinate, or of the time as time=COLUMN, in the file of --guess (repeatable).",
+    ),
 ]
 AngleUnit = Annotated[
     str | None,
