@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_numbers
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import InputError, ScriptError, suggest
 from gaitopt.tuning.law_script import split_script_law
 
 if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
@@ -153,18 +153,16 @@ def custom_design(
     ScriptError
         If the script raises anything else.
     """
-    from gaitopt.cli.script import run_function
-    from gaitopt.control.law import Law
-    from gaitopt.tuning.controller_family import ControllerFamily
+    from gaitopt.cli.script import load_script, run_function
+    from gaitopt.tuning.custom_family import check_law_function, describe_form, make_custom_family
 
-    made = run_function(script, function, robot, motion, limit)
-    design = ControllerFamily.from_law(made) if isinstance(made, Law) else made
-    if not isinstance(design, ControllerFamily):
-        raise InputError(
-            f"{function}(robot, motion, torque_limit) of {script} must return a Law or a ControllerFamily, it returned "
-            f"{type(made).__name__}."
-        )
-    return replace(design.with_torque_limit(robot, limit), name=f"{script}:{function}")
+    law = load_script(script, function)
+    check_law_function(law, function)
+    try:
+        made = run_function(script, function, robot, motion, limit)
+    except ScriptError as error:
+        raise ScriptError(f"{error} {describe_form(law)}".rstrip()) from error
+    return replace(make_custom_family(made, f"{script}:{function}", robot, limit), name=f"{script}:{function}")
 
 
 def limit_for(gait: "Gait", torque_limit: float | None) -> float | dict[str, float]:

@@ -418,6 +418,14 @@ def without_gains(robot, motion, torque_limit):
     return feedforward(robot, motion)
 
 
+def two(robot, motion):
+    return feedforward(robot, motion)
+
+
+def plain(t, q, v):
+    return [0, -5 * q[2]]
+
+
 def falling(robot, motion, torque_limit):
     i = law_inputs(robot, data=1)
     control = control_function(i, ca.vertcat(50 * i.data, 0))
@@ -429,6 +437,8 @@ def falling(robot, motion, torque_limit):
     ("arguments", "status", "message"),
     [
         (("tune", GAIT, "--law", "laws.py:without_gains"), 2, "has no gains to tune: name rows of its table"),
+        (("stability", GAIT, "--law", "laws.py:two"), 2, "two(robot, motion) does not accept three arguments"),
+        (("stability", GAIT, "--law", "laws.py:plain"), 2, "Its arguments are (t, q, v), but a custom law is a"),
         (("stability", GAIT, "--law", "laws.py:falling"), 1, "No periodic gait of the walker under the law"),
     ],
 )
