@@ -96,6 +96,14 @@ Setting = Annotated[
         "bounds LOWER:UPPER, or free.",
     ),
 ]
+WalkSetting = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Change a parameter of the script, or of robot and ground of a saved gait in SI units (repeatable).",
+    ),
+]
 State = Annotated[
     list[str] | None,
     typer.Option(
