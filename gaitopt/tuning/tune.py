@@ -114,6 +114,7 @@ def tune_feedback(
         evaluations=len(gain_search.trials),
         seconds=seconds,
         planned_sequence=gait.motion.sequence if isinstance(gait, PlanarGait) else str(gait.sequence),
+        bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
     )
 

@@ -26,7 +26,16 @@ from gaitopt.tuning.tuning_objective import SpectralRadius
 
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
-    *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "worse_than_open_loop"),
+    *(
+        "law",
+        "gains",
+        "at_bounds",
+        "radius_before",
+        "radius_after",
+        "multipliers",
+        "fixed_point_shift",
+        "worse_than_open_loop",
+    ),
     *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds"),
 ]
 
@@ -92,7 +101,8 @@ def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeyp
     tuned = Tuning(
         law=None,
         family="lqr",
-        gains={},
+        gains={"torque": 3.0},
+        bounds={"torque": (0.0, 3.0)},
         objective="spectral_radius",
         radius_before=cycle.radius * factor,
         radius_after=cycle.radius,
@@ -106,7 +116,9 @@ def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeyp
     )
     monkeypatch.setattr("gaitopt.tuning.tune.tune_feedback", lambda *_, **__: tuned)
     text = " ".join(run(capsys, "tune", GAIT)[1].out.split())
+    assert "torque (at its upper bound): wider bounds may improve the law" in text
     facts = json.loads(run(capsys, "tune", GAIT, "--json")[1].out)
+    assert facts["at_bounds"] == {"torque": "upper"}
     assert facts["worse_than_open_loop"] == ("larger than in open loop" in text) == (factor < 1)
     assert (facts["sequence"], facts["planned_sequence"]) == ("slip+ stick | slip+", planned)
     changed = f"contact sequence slip+ stick | slip+ under the law, {planned} in the gait"

@@ -86,6 +86,14 @@ def test_the_verified_radius_is_one_from_which_walks_return(slipping, tuned):
         assert not stays or walk.motion.jumps[-1].v_next == pytest.approx(first.v[:, 0], abs=1e-4)
 
 
+def test_gains_at_bounds_of_the_search_are_named(tuned):
+    assert set(tuned.bounds) == set(tuned.gains)
+    upper = {name: (0.0, value) for name, value in tuned.gains.items()}
+    assert set(dataclasses.replace(tuned, bounds=upper).at_bounds.values()) == {"upper"}
+    wide = {name: (value - 1, value + 1) for name, value in tuned.gains.items()}
+    assert dataclasses.replace(tuned, bounds=wide).at_bounds == {}
+
+
 def test_same_seed_same_gains(slipping, design, tuned):
     again = tune_feedback(slipping, design, search=QUICK, test=PushTest(starts=1, resolution=0.9))
     assert again.gains == tuned.gains
