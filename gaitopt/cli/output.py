@@ -82,6 +82,12 @@ def _colour_verdict(gait: Gait | PlanarGait, name: str, text: str) -> Text:
     return Text(text, style="yellow" if name == "warning" else "")
 
 
+def print_reason(reason: str) -> None:
+    """Print why a command fails on standard error if ``--quiet`` hides its table, which states the reason."""
+    if out.quiet:
+        err.print(reason, soft_wrap=True)
+
+
 def verdict_text(text: str, good: bool) -> Text:
     """Return a verdict in green if it is good, in red otherwise."""
     return Text(text, style="green" if good else "red")

@@ -168,6 +168,11 @@ def print_sweep(table: "xr.Dataset") -> None:
     _print_reasons(table)
 
 
+def first_reason(table: "xr.Dataset") -> str:
+    """Return the first reason why a point of a sweep has no gait; empty if all points have one."""
+    return next((str(reason) for reason in table.reason.values.ravel() if reason), "")
+
+
 def _print_reasons(table: "xr.Dataset") -> None:
     """Print the first reasons why points of a sweep have no gait."""
     reasons = sorted({str(reason) for reason in table.reason.values.ravel() if reason})

@@ -27,7 +27,7 @@ from gaitopt.cli.options import (
     Verbose,
     WalkSetting,
 )
-from gaitopt.cli.output import print_json, report_file
+from gaitopt.cli.output import print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers, read_terrain
 from gaitopt.errors import InputError
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
+
+NO_GAIT = "no periodic gait found; try more --starts or another slope or friction"
 
 
 def stability(
@@ -78,11 +80,15 @@ def stability(
         subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
         report_planar_cycles(cycles or (), engine, json=json)
+        if not cycles:
+            print_reason(NO_GAIT)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
         print_cycles(subject.gaits, subject.engine)
+    if not subject.gaits:
+        print_reason(NO_GAIT)
     raise typer.Exit(0 if subject.gaits else 1)
 
 
@@ -154,6 +160,8 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
         print_walk(walk)
         if written is not None:
             report_file(written)
+    if walk.stop.key != "steps_done":
+        print_reason(f"{walk.stop.key}: {walk.stop.hint}")
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 
@@ -168,6 +176,8 @@ def _end_planar_walk(
 
     written = None if output is None else write_walk(walk.motion, output, name, section)
     report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
+    if walk.stop is not Stop.STEPS_DONE:
+        print_reason(f"{walk.stop.key}: {walk.stop.hint}")
     raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
 
 
