@@ -1,6 +1,7 @@
 """Commands on many gaits: search, sweep, compare."""
 
 import functools
+import math
 import re
 import time
 from pathlib import Path
@@ -118,9 +119,10 @@ def sweep(
 
     began = time.perf_counter()
     problem, axes = _sweep_inputs(script, setting, over, hidden=json or quiet)
+    points = math.prod(len(values) for values in axes.values())
     with (
         worker_options(workers, scheduler) as team,
-        show_progress("optimisations", hidden=json, counted=True) as display,
+        show_progress(f"optimisations of {points} points, with further starts", hidden=json, counted=True) as display,
     ):
         table = sweep_problem(
             problem,

@@ -99,7 +99,8 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     make = planar_dataset if isinstance(findings.grid.problem, PlanarProblem) else _single_support_dataset
     table = make(findings)
     table["lowest_sequence"] = find_lowest_sequences(findings.grid, findings.found)
-    table["objective"].attrs["units"] = findings.grid.problem.objective.unit or "1"
+    objective = findings.grid.problem.objective
+    table["objective"].attrs |= {"units": objective.unit or "1", "name": objective.name}
     return table.assign(findings.columns)
 
 
