@@ -128,7 +128,7 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
 
 
 def _cost_variable(table: "xr.Dataset") -> str:
-    """Return the variable that a sweep minimises; the cost of transport has no quadrature error, unlike the solver's."""
+    """Return the variable that a sweep minimises; the cost of transport is that without quadrature error."""
     name = table.objective.attrs.get("name", "") if "objective" in table else "cost_of_transport"
     return "cost_of_transport" if name == "cost_of_transport" else "objective"
 
