@@ -69,6 +69,9 @@ def make_custom_family(made: object, name: str, robot: Robot, limit: TorqueLimit
     InputError
         If the function has returned something else.
     """
+    if isinstance(made, Law) and (torques := made.control.size1_out(0)) != robot.n_u:
+        plural, actuators = "s" * (torques != 1), ", ".join(robot.actuators)
+        raise InputError(f"The law of {name} returns {torques} torque{plural}, the robot has {robot.n_u}: {actuators}.")
     family = ControllerFamily.from_law(made) if isinstance(made, Law) else made
     if not isinstance(family, ControllerFamily):
         raise InputError(

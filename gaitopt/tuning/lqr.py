@@ -16,6 +16,7 @@ from gaitopt.control.step_to_step import step_to_step
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter, positive
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep, make_walker
@@ -90,6 +91,7 @@ def lqr(
     >>> lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'lqr'
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "planar_lqr")
     weights = weights or LqrWeights()
     n_a = len(robot.angles)
     sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
@@ -136,6 +138,7 @@ def step_lqr(
     >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'step_lqr'
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "planar_step_lqr")
     Parameter("windows", 2, "1", "", lower=1, upper=MOST_WINDOWS, whole=True).check(windows)
     weights = weights or LqrWeights()
     base, first = law or feedforward(robot, motion), motion.segments[0]

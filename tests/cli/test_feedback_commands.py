@@ -438,6 +438,11 @@ def plain(t, q, v):
     return [0, -5 * q[2]]
 
 
+def hip_only(robot, motion, torque_limit):
+    i = law_inputs(robot, data=1)
+    return Law("hip", control_function(i, i.data), np.zeros(1), np.ones((1, 1)), {"k": 0})
+
+
 def falling(robot, motion, torque_limit):
     i = law_inputs(robot, data=1)
     control = control_function(i, ca.vertcat(50 * i.data, 0))
@@ -450,6 +455,7 @@ def falling(robot, motion, torque_limit):
     [
         (("tune", GAIT, "--law", "laws.py:without_gains"), 2, "has no gains to tune: name rows of its table"),
         (("stability", GAIT, "--law", "laws.py:two"), 2, "two(robot, motion) does not accept three arguments"),
+        (("tune", GAIT, "--law", "laws.py:hip_only"), 2, "hip_only returns 1 torque, the robot has 2: ankle, hip."),
         (("stability", GAIT, "--law", "laws.py:plain"), 2, "Its arguments are (t, q, v), but a custom law is a"),
         (("stability", GAIT, "--law", "laws.py:falling"), 1, "No periodic gait of the walker under the law"),
     ],
