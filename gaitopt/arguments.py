@@ -165,7 +165,7 @@ def _find_wrong_argument(
     try:
         bound = signature.bind(*arguments, **options)
     except TypeError:
-        return _find_unknown_argument(signature, name, options)  # Python names a missing argument
+        return _find_unknown_argument(signature, name, len(arguments), options)  # Python names a missing argument
     for argument, value in bound.arguments.items():
         parameter = signature.parameters[argument]
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -176,12 +176,19 @@ def _find_wrong_argument(
     return None
 
 
-def _find_unknown_argument(signature: inspect.Signature, name: str, options: dict[str, Any]) -> str | None:
-    """Return a sentence on the first unknown keyword, with the most similar argument; None if all are known."""
+def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, options: dict[str, Any]) -> str | None:
+    """Return a sentence on the first unknown keyword, or on more than the accepted arguments without names; or None."""
     parameters = list(signature.parameters.values())
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         return None
     known = [one.name for one in parameters if one.name != "self" and one.kind is not one.POSITIONAL_ONLY]
+    positional = [one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+    several = any(one.kind is one.VAR_POSITIONAL for one in parameters)
+    if count > len(positional) and not several:
+        listed = ", ".join(one for one in positional if one != "self")
+        keywords = ", ".join(f"{one.name}=..." for one in parameters if one.kind is one.KEYWORD_ONLY)
+        more = f"; the others are given by name: {keywords}" if keywords else ""
+        return f"{name}: only the arguments {listed} are accepted without their names{more}."
     unknown = next((option for option in options if option not in known), None)
     public = [one for one in known if not one.startswith("_")]
     return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, public)}"

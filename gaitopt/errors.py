@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
-__all__ = ["ArchiveError", "GaitoptError", "InputError", "ScriptError", "SequenceError"]
+__all__ = ["ArchiveError", "GaitoptError", "InputError", "NoGaitError", "ScriptError", "SequenceError"]
 
 READABLE = (".h5", ".nc", ".json", ".csv", ".mat", ".sto", ".py", ".urdf", ".xml")
 """Suffixes of the files that gaitopt reads; the first one is proposed if several files have the same name."""
@@ -26,6 +26,10 @@ class InputError(GaitoptError, ValueError):
 
 class SequenceError(InputError):
     """An invalid or impossible contact sequence."""
+
+
+class NoGaitError(InputError):
+    """No gait was found that a method needs as its start; the input itself is valid.  Commands exit with status 1."""
 
 
 class ArchiveError(GaitoptError):

@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 import gaitopt
 from gaitopt import InputError, Limits
 from gaitopt.arguments import check_arguments
+from gaitopt.design import RobustProblem
+from gaitopt.model import monopod
+from gaitopt.ocp import PlanarProblem
 
 
 class Engine(Protocol):
@@ -136,3 +139,28 @@ def test_an_unknown_keyword_has_the_most_similar_one():
         attrs.evolve(Limits(), torqe=6)
     with pytest.raises(InputError, match=r"load has no argument 'file'. Known: path\."):
         gaitopt.load("gait.h5", file=1)
+
+
+@pytest.mark.parametrize("law", [gaitopt.lqr, gaitopt.step_lqr, gaitopt.joint_pd])
+def test_a_law_of_robots_with_one_foot_on_the_ground_names_that_of_several_contacts(law):
+    with pytest.raises(InputError, match=rf"PlanarRobot 'monopod' is for planar_{law.__name__}\."):
+        law(monopod(), None)
+
+
+def test_arguments_that_must_be_named_are_listed():
+    with pytest.raises(InputError, match=r"only the arguments robot, motion .* by name: stiffness=\.\.\., damping="):
+        gaitopt.joint_pd(gaitopt.compass_biped(), None, 20, 5)
+    with pytest.raises(TypeError, match="missing 1 required positional argument"):
+        gaitopt.joint_pd(gaitopt.compass_biped())
+
+
+def test_the_problem_of_an_optimal_gait_is_followed_by_another_function():
+    problem = gaitopt.GaitProblem(robot=gaitopt.compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6)
+    with pytest.raises(InputError, match="trace_optimum follows the optimal gaits of a GaitProblem"):
+        gaitopt.trace(problem, {"friction": (0.1, 0.2)})
+
+
+def test_robust_gaits_have_one_foot_on_the_ground():
+    problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1, speed=1, step_length=0.5)
+    with pytest.raises(InputError, match="Robust gaits are planned for robots with one foot on the ground"):
+        RobustProblem(problem, gaitopt.Scenarios(ranges={"friction": (0.5, 0.9)}))

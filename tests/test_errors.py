@@ -3,10 +3,10 @@
 import pytest
 
 from gaitopt import ArchiveError, GaitoptError, InputError
-from gaitopt.errors import ScriptError, SequenceError, describe_missing_file, suggest
+from gaitopt.errors import NoGaitError, ScriptError, SequenceError, describe_missing_file, suggest
 
 
-@pytest.mark.parametrize("error", [ArchiveError, InputError, ScriptError, SequenceError])
+@pytest.mark.parametrize("error", [ArchiveError, InputError, NoGaitError, ScriptError, SequenceError])
 def test_one_family(error):
     assert issubclass(error, GaitoptError)
 

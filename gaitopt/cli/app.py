@@ -16,7 +16,7 @@ from gaitopt.cli.collection import collect_rarely
 from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.cli.stored_results import Invocation, describe_interrupt
-from gaitopt.errors import GaitoptError, InputError, ScriptError
+from gaitopt.errors import GaitoptError, InputError, NoGaitError, ScriptError
 from gaitopt.interrupts import Handler, InterruptRecord, record_interrupts
 from gaitopt.motion.atomic import record_writes
 
@@ -139,7 +139,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if isinstance(error, GaitoptError):
         _report(words, "error", str(error))
         err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
-        return 2
+        return 1 if isinstance(error, NoGaitError) else 2
     if (fact := _describe_system_error(error)) is not None:
         return _explain(InputError(fact), words)
     if not (hasattr(error, "exit_code") and hasattr(error, "show") and hasattr(error, "format_message")):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gaitopt.cli.options import BasinOutput, Json, Quiet, Scheduler, Verbose, Workers
-from gaitopt.cli.output import exit_incomplete, out, print_json, report_file, verdict_text
+from gaitopt.cli.output import exit_incomplete, out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.reductions import worst
@@ -71,6 +71,8 @@ def audit(
             report_file(output)
     if len(rows) + len(lost) < count:
         exit_incomplete("audit", output)
+    if facts["findings"] or lost:
+        print_reason("Problems of the audit are not verified, or their processes died; see the table without --quiet.")
     raise typer.Exit(1 if facts["findings"] or lost else 0)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gaitopt.cli.options import LAWS, Json, Quiet, ScriptFile, Setting, Verbose
-from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file, verdict_text
+from gaitopt.cli.output import INTERRUPTED, err, out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
@@ -86,6 +86,9 @@ def design(
             out.print("not all gaits are solved and verified; nothing was written")
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
+    if not ok:
+        failed = next((gait.status for gait in result.gaits if not gait.status.ok), result.status)
+        print_reason(f"{failed.key}: {failed.hint}")
     raise typer.Exit(0 if ok else 1)
 
 

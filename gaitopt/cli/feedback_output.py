@@ -25,6 +25,7 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
         {
             "law": tuned.family,
             "gains": tuned.gains,
+            "at_bounds": tuned.at_bounds,
             "radius_before": tuned.radius_before,
             "radius_after": tuned.radius_after,
             "multipliers": [[value.real, value.imag] for value in multipliers],
@@ -57,6 +58,9 @@ def print_tuning(tuned: "Tuning") -> None:
     several = tuned.law is not None and not isinstance(tuned.law, Law)
     gains = format_gains(tuned.family, tuned.gains, several_contacts=several)
     table.add_row(*tabulate_gains(tuned.family, gains))
+    if tuned.at_bounds:
+        sides = ", ".join(f"{name} (at its {side} bound)" for name, side in tuned.at_bounds.items())
+        table.add_row("search bounds", Text(f"{sides}: wider bounds may improve the law", style="yellow"))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
     worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""

@@ -27,7 +27,7 @@ def start_from_file(
     file : Path or None
         None leaves the problem as it is.
     columns : sequence of str or None
-        ``NAME=COLUMN`` for coordinates with another name in the file.
+        ``NAME=COLUMN`` for coordinates, and the time, with another name in the file.
     angle_unit : str or None
 
     Raises

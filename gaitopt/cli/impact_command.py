@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gaitopt.cli.options import Json, Quiet, ScriptFile, Setting, State, Verbose
-from gaitopt.cli.output import out, print_json
+from gaitopt.cli.output import out, print_json, print_reason
 from gaitopt.cli.settings import read_numbers
 from gaitopt.errors import InputError, suggest
 
@@ -63,7 +63,9 @@ def impact(
         print_json(_facts(outcome))
     else:
         _print_outcome(robot, outcome)
-    raise typer.Exit(0 if len(outcome.candidates) == 1 else 1)
+    if (number := len(outcome.candidates)) != 1:
+        print_reason("The impact has no consistent outcome." if number == 0 else f"The impact has {number} outcomes.")
+    raise typer.Exit(0 if number == 1 else 1)
 
 
 def _read_state(

@@ -4,7 +4,7 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.output import out, print_json, report_file, verdict_text
+from gaitopt.cli.output import out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.status import Status
@@ -61,6 +61,7 @@ def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | No
             display.describe("replaying in the event-driven simulator")
             gait = verify_steps(gait)
     written = save_steps(gait, path) if gait.status.ok else None
+    _print_status(gait.status)
     if json:
         print_json(gait.summarise() | {"file": None if written is None else str(written)})
         return gait.status
@@ -76,8 +77,8 @@ def _describe_iteration(display: Display, step: "Iteration | HomotopyIteration")
     display.describe(f"iteration {step.number:3d}   objective {step.objective:.6f}")
 
 
-def verify_multistep(path: Path, *, json: bool) -> bool:
-    """Replay the gait in a file and print the result; return whether it passes."""
+def verify_multistep(path: Path, *, json: bool) -> Status:
+    """Replay the gait in a file and print the result; return its status."""
     from gaitopt.ocp.multistep.multistep_file import load_steps
     from gaitopt.simulation.multistep_verification import verify_steps
 
@@ -87,7 +88,14 @@ def verify_multistep(path: Path, *, json: bool) -> bool:
     else:
         print_multistep(gait)
         out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
-    return gait.status.ok
+    _print_status(gait.status)
+    return gait.status
+
+
+def _print_status(status: Status) -> None:
+    """Print the status of a gait that is not a solution if ``--quiet`` hides its table."""
+    if not status.ok:
+        print_reason(f"{status.key}: {status.hint}")
 
 
 def multistep_facts(gait: "MultiStepGait") -> dict[str, Any]:

@@ -69,7 +69,11 @@ GuessFile = Annotated[
 ]
 GuessColumns = Annotated[
     list[str] | None,
-    typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate in the file of --guess (repeatable)."),
+    typer.Option(
+        "--column",
+        metavar="NAME=COLUMN",
+        help="Column of a coordinate, or of the time as time=COLUMN, in the file of --guess (repeatable).",
+    ),
 ]
 AngleUnit = Annotated[
     str | None,
@@ -90,6 +94,14 @@ Setting = Annotated[
         metavar="NAME=VALUE",
         help="Change a parameter of the script (repeatable). A target speed or step length is a number, "
         "bounds LOWER:UPPER, or free.",
+    ),
+]
+WalkSetting = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Change a parameter of the script, or of robot and ground of a saved gait in SI units (repeatable).",
     ),
 ]
 State = Annotated[

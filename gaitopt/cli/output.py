@@ -58,6 +58,12 @@ def homotopy_lines(step: HomotopyIteration, objective: str) -> list[str]:
     return [head, line] if step.number == 1 else [line]
 
 
+def print_reason(reason: str) -> None:
+    """Print why a command fails on standard error if ``--quiet`` hides its table, which states the reason."""
+    if out.quiet:
+        err.print(reason, soft_wrap=True)
+
+
 def verdict_text(text: str, good: bool) -> Text:
     """Return a verdict in green if it is good, in red otherwise."""
     return Text(text, style="green" if good else "red")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 from gaitopt.cli.options import Json, Quiet, Scheduler, ScriptFile, Setting, Verbose, Workers
-from gaitopt.cli.output import exit_incomplete, print_json, report_file
+from gaitopt.cli.output import exit_incomplete, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
 from gaitopt.errors import InputError
@@ -91,7 +91,11 @@ def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, s
                 report_file(file)
     if not table.attrs["complete"]:
         exit_incomplete("pareto", files["file"])
-    raise typer.Exit(0 if bool((table.status == "solved").any()) else 1)
+    found = bool((table.status == "solved").any())
+    if not found:
+        reasons = [str(reason) for reason in table.reason.values.ravel() if reason]
+        print_reason(f"No point of the front has a gait: {reasons[0] if reasons else 'no reason is known'}")
+    raise typer.Exit(0 if found else 1)
 
 
 def _read_bounds(texts: list[str]) -> dict[str, tuple[float, float]]:

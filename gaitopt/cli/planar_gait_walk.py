@@ -41,6 +41,7 @@ def simulate_planar_gait(
     gait: "PlanarGait",
     law: "PlanarLaw",
     changes: Mapping[str, float],
+    values: Mapping[str, float],
     *,
     steps: int,
     terrain: "Terrain | None" = None,
@@ -55,6 +56,8 @@ def simulate_planar_gait(
     changes : mapping of str to float
         New values of coordinates and rates at the start; the others change as little as possible, such that the feet on
         the ground stay there.
+    values : mapping of str to float
+        Parameters of robot and ground in the walk, which the law does not know.
     steps : int
         Number of periods; the simulation ends right after the last one.
     terrain : Terrain, optional
@@ -68,7 +71,7 @@ def simulate_planar_gait(
     """
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 
-    values, first = gait.motion.parameters, gait.motion.segments[0]
+    first = gait.motion.segments[0]
     y, n = np.concatenate([first.q[:, 0], first.v[:, 0]]), gait.robot.n_q
     if changes:
         y = _change_start(gait, law, y, changes)

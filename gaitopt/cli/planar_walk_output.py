@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import out, print_json, report_file
 from gaitopt.cli.planar_gait_walk import follow_steps
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import InputError, NoGaitError, suggest
 from gaitopt.motion.planar_motion import PlanarMotion
 from gaitopt.motion.planar_steps import number_steps
 
@@ -61,7 +61,7 @@ def simulate_planar_walk(
     ground = {**problem.parameters, "terrain": terrain}
     cycle = next(problem.search(STARTS, engine=chosen), None)
     if cycle is None:
-        raise InputError("No periodic gait was found as the start of the walk; try another slope, friction or state.")
+        raise NoGaitError("No periodic gait was found as the start of the walk; try another slope, friction or state.")
     first = cycle.motion.segments[0]
     q, v, modes = first.q[:, 0], first.v[:, 0], first.state.modes
     if changes:

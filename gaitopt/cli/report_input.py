@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitopt.errors import InputError
+from gaitopt.errors import NoGaitError
 from gaitopt.motion.hdf5 import identify_file
 
 if TYPE_CHECKING:
@@ -55,5 +55,5 @@ def find_cycle(script: Path) -> "AnyCycle":
     else:
         cycle = read_input(request, RANDOM_STARTS).cycle
     if cycle is None:
-        raise InputError(f"No periodic gait of {script} was found; try another slope, friction or state.")
+        raise NoGaitError(f"No periodic gait of {script} was found; try another slope, friction or state.")
     return cycle

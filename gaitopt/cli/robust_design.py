@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from gaitopt.cli.output import out, print_json, report_file
+from gaitopt.cli.output import out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 
 if TYPE_CHECKING:
@@ -77,6 +77,8 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
         print_json(result.summarise())
     else:
         _print(result)
+    if not plan.robust:
+        print_reason(str(plan))
     raise typer.Exit(0 if plan.robust else 1)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from gaitopt.cli.options import Figure, Json, Quiet, Setting, StudyFile, Verbose
-from gaitopt.cli.output import out, print_json, report_file
+from gaitopt.cli.output import out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.result_output import find_facts, has_output, print_result
 from gaitopt.errors import InputError
@@ -50,7 +50,10 @@ def run(
     else:
         for name, part in parts.items():
             _print_part(str(name), part, written[name])
-    raise typer.Exit(0 if all(_agrees(part) for part in parts.values()) else 1)
+    agree = all(_agrees(part) for part in parts.values())
+    if not agree:
+        print_reason("Some numbers of the study differ from the published ones.")
+    raise typer.Exit(0 if agree else 1)
 
 
 def check_parts(parts: Mapping[Any, Any], script: Path) -> None:

@@ -237,7 +237,9 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
     if isinstance(problem, Family | RobustProblem):
         kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
-    raise InputError(f"problem() of {script.path} must return a GaitProblem, it returned {type(problem).__name__}.")
+    kinds = "GaitProblem, PlanarProblem, MultiStepProblem, WalkProblem, PlanarWalkProblem, Family or RobustProblem"
+    returned = "None: a return statement is missing" if problem is None else type(problem).__name__
+    raise InputError(f"problem() of {script.path} must return a {kinds}, it returned {returned}.")
 
 
 def walk_problem(script: Script) -> "WalkProblem":

@@ -13,7 +13,7 @@ import typer
 
 from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, read_scripts, script_of_robot
 from gaitopt.cli.options import Json, Quiet, Verbose
-from gaitopt.cli.output import out, print_json, report_file, verdict_text
+from gaitopt.cli.output import out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.robot_script import include_robot
 from gaitopt.errors import InputError
 
@@ -156,6 +156,9 @@ def doctor(
         print_json(facts)
     else:
         print_installation(facts)
+    for check in facts["checks"]:
+        if not check["well"]:
+            print_reason(f"{check['name']}: {check['text']}")
     raise typer.Exit(0 if facts["well"] else 1)
 
 
@@ -165,6 +168,8 @@ def _check_file(file: Path, *, json: bool) -> bool:
 
     facts = examine_file(file)
     well = not facts["error"]
+    if not well:
+        print_reason(str(facts["error"]))
     if json:
         print_json(facts | {"well": well})
         return well

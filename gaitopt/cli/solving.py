@@ -22,7 +22,7 @@ from gaitopt.cli.options import (
     SolveSource,
     Verbose,
 )
-from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, report_file
+from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
@@ -142,7 +142,17 @@ def solve(
     interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
     if interrupted:
         sys.exit(INTERRUPTED)  # the results are in the table already
+    if not gait.status.ok:
+        print_reason(_state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _state_failure(gait: Gait | PlanarGait) -> str:
+    """Return the status of a gait that is not a verified solution, with the reason, in one line."""
+    from gaitopt.study.storage.failure_reason import explain_failure
+
+    reason = explain_failure(gait) or "it was not verified"
+    return f"{gait.status.key}: {reason}" + ("" if gait.status.hint in reason else f" {gait.status.hint}")
 
 
 def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:
@@ -299,7 +309,8 @@ def verify(
     if is_multistep_file(file):
         if problem is not None:
             raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")
-        raise typer.Exit(0 if verify_multistep(file, json=json) else 1)
+        status = verify_multistep(file, json=json)
+        raise typer.Exit(0 if status.ok else 1)
     gait = verify_gait(load_any_gait(file, problem))
     if json:
         print_json(summarise(gait) | {"file": str(file)})
@@ -307,4 +318,6 @@ def verify(
         print_gait(gait)
         out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
     passed = gait.verification is not None and gait.verification.passed
+    if not (passed and gait.status.ok):
+        print_reason(_state_failure(gait))
     raise typer.Exit(0 if passed and gait.status.ok else 1)

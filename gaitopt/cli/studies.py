@@ -1,6 +1,7 @@
 """Commands on many gaits: search, sweep, compare."""
 
 import functools
+import math
 import re
 import time
 from pathlib import Path
@@ -28,7 +29,7 @@ from gaitopt.cli.options import (
     Workers,
     label_files,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
+from gaitopt.cli.output import err, exit_incomplete, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
 
@@ -87,7 +88,7 @@ def search(
     else:
         print_ranking(ranking)
         report_file(output)
-    _exit("search", output, ranking.complete, ranking.findings[0].ranked)
+    _exit("search", output, ranking.complete, ranking.findings[0].ranked, ranking.findings[0].reason)
 
 
 def sweep(
@@ -113,14 +114,15 @@ def sweep(
     Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script
-    from gaitopt.cli.study_output import print_sweep, sweep_facts
+    from gaitopt.cli.study_output import first_reason, print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
 
     began = time.perf_counter()
     problem, axes = _sweep_inputs(script, setting, over, hidden=json or quiet)
+    points = math.prod(len(values) for values in axes.values())
     with (
         worker_options(workers, scheduler) as team,
-        show_progress("optimisations", hidden=json, counted=True) as display,
+        show_progress(f"optimisations of {points} points, with further starts", hidden=json, counted=True) as display,
     ):
         table = sweep_problem(
             problem,
@@ -136,7 +138,7 @@ def sweep(
     else:
         print_sweep(table)
         report_file(output)
-    _exit("sweep", output, bool(table.attrs["complete"]), bool((table.status == "solved").any()))
+    _exit("sweep", output, bool(table.attrs["complete"]), bool((table.status == "solved").any()), first_reason(table))
 
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:
@@ -219,8 +221,10 @@ def compare(
         report_file(written)
 
 
-def _exit(command: str, output: Path, complete: bool, any_gait: bool) -> None:
-    """End with the exit status of a study."""
+def _exit(command: str, output: Path, complete: bool, any_gait: bool, reason: str) -> None:
+    """End with the exit status of a study, and the first reason why it has no gait."""
     if not complete:
         exit_incomplete(command, output)
+    if not any_gait:
+        print_reason(f"No gait was found: {reason}")
     raise typer.Exit(0 if any_gait else 1)

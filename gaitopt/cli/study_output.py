@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 MOST_COLUMNS = 4
 """Number of contact sequences up to which each has a column in the table of a sweep."""
 
+MOST_POINTS = 3
+"""Number of points that are listed for each reason why points have no gait."""
+
 
 def print_ranking(ranking: Ranking) -> None:
     """Print ranked contact sequences as a table, and the other ones with the reason."""
@@ -103,7 +106,15 @@ def _number(value: float | str | None, form: str) -> str:
 def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     """Return a sweep as plain data, a record for each point."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
-    numbers = ["cost_of_transport", "impact_loss", "friction_loss", "actuator_work", "travel", *_name_measures(table)]
+    numbers = [
+        "objective",
+        "cost_of_transport",
+        "impact_loss",
+        "friction_loss",
+        "actuator_work",
+        "travel",
+        *_name_measures(table),
+    ]
     points = []
     for at in np.ndindex(*table.status.shape):
         place = dict(zip(table.status.dims, at, strict=True))
@@ -111,7 +122,24 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
         point |= {name: float(table[name].values[place[name]]) for name in axes}
         point |= {name: table[name].values[at] for name in ("status", "reason", *numbers)}
         points.append(point | {"verified": bool(table.verified.values[at])})
-    return {"complete": bool(table.attrs["complete"]), "axes": axes, "points": points}
+    attributes = table.objective.attrs
+    objective = {"objective": attributes.get("name"), "objective_unit": attributes.get("units", "1")}
+    return {"complete": bool(table.attrs["complete"]), "axes": axes, **objective, "points": points}
+
+
+def _cost_variable(table: "xr.Dataset") -> str:
+    """Return the variable that a sweep minimises; the cost of transport is that without quadrature error."""
+    name = table.objective.attrs.get("name", "") if "objective" in table else "cost_of_transport"
+    return "cost_of_transport" if name == "cost_of_transport" else "objective"
+
+
+def _header(table: "xr.Dataset", name: str) -> str:
+    """Return the heading of a variable of a sweep: its name in words, or that of the objective, and its unit."""
+    if name == "sequence":
+        return name
+    attributes = table[name].attrs
+    unit, label = attributes.get("units", "1"), attributes.get("name", name) if name == "objective" else name
+    return label.replace("_", " ") + ("" if unit in ("", "1") else f" [{unit}]")
 
 
 def _name_measures(table: "xr.Dataset") -> list[str]:
@@ -123,9 +151,9 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
     """Print the contact sequence of lowest cost at each point, with its cost and its measures."""
     measured = _name_measures(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title="lowest cost", title_justify="left")
-    for name in (*axes, "sequence", "cost_of_transport", *measured):
-        unit = "1" if name == "sequence" else table[name].attrs.get("units", "1")
-        shown.add_column(name.replace("_", " ") + ("" if unit == "1" else f" [{unit}]"), no_wrap=True)
+    cost = _cost_variable(table)
+    for name in (*axes, "sequence", cost, *measured):
+        shown.add_column(_header(table, name), no_wrap=True)
     sequences = [str(sequence) for sequence in table.sequence.values]
     for index in np.ndindex(*table.lowest_sequence.shape):
         cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
@@ -134,12 +162,18 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
             shown.add_row(*cells, "no gait", style="red")
             continue
         at = (sequences.index(lowest), *index)
-        shown.add_row(*cells, lowest, *(f"{table[n].values[at]:.6g}" for n in ("cost_of_transport", *measured)))
+        shown.add_row(*cells, lowest, *(_describe_value(table, n, at) for n in (cost, *measured)))
     out.print(shown)
 
 
+def _describe_value(table: "xr.Dataset", name: str, at: tuple[int, ...]) -> str:
+    """Return a variable of a sweep at a point as a text."""
+    value = table[name].values[at]
+    return ("yes" if value else "no") if name == "stable" else f"{value:.6g}"
+
+
 def print_sweep(table: "xr.Dataset") -> None:
-    """Print the cost of transport of each sequence over the axes, the lowest in green, and the reasons of failures."""
+    """Print the objective of each sequence over the axes, the lowest in green, and the reasons of failures."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     sequences = [str(sequence) for sequence in table.sequence.values]
     if "lowest_sequence" in table and (_name_measures(table) or len(sequences) > MOST_COLUMNS):
@@ -147,13 +181,14 @@ def print_sweep(table: "xr.Dataset") -> None:
     if len(sequences) > MOST_COLUMNS:
         _print_reasons(table)
         return
-    shown = Table(box=box.SIMPLE, pad_edge=False, title="cost of transport", title_justify="left")
+    name_of_cost = _cost_variable(table)
+    shown = Table(box=box.SIMPLE, pad_edge=False, title=_header(table, name_of_cost), title_justify="left")
     for name in axes:
         unit = table[name].attrs.get("units", "1")
         shown.add_column(name if unit == "1" else f"{name} [{unit}]", no_wrap=True)
     for sequence in sequences:
         shown.add_column(sequence, no_wrap=True)
-    cost, status = table.cost_of_transport.values, table.status.values
+    cost, status = table[name_of_cost].values, table.status.values
     for index in np.ndindex(*cost.shape[1:]):
         column = cost[(slice(None), *index)]
         least = np.nanmin(column) if np.any(np.isfinite(column)) else np.nan
@@ -168,10 +203,31 @@ def print_sweep(table: "xr.Dataset") -> None:
     _print_reasons(table)
 
 
+def first_reason(table: "xr.Dataset") -> str:
+    """Return the first reason why a point of a sweep has no gait; empty if all points have one."""
+    return next((str(reason) for reason in table.reason.values.ravel() if reason), "")
+
+
 def _print_reasons(table: "xr.Dataset") -> None:
-    """Print the first reasons why points of a sweep have no gait."""
-    reasons = sorted({str(reason) for reason in table.reason.values.ravel() if reason})
-    for reason in reasons[:5]:
-        out.print(reason, soft_wrap=True)
-    if len(reasons) > 5:
-        out.print(f"... and {len(reasons) - 5} more reasons in the file")
+    """Print the first reasons why points of a sweep have no gait, with these points."""
+    places: dict[str, list[str]] = {}
+    for at in np.ndindex(*table.reason.shape):
+        if reason := str(table.reason.values[at]):
+            places.setdefault(reason, []).append(_describe_point(table, at))
+    for reason, points in list(places.items())[:5]:
+        more = f" and {len(points) - MOST_POINTS} more points" if len(points) > MOST_POINTS else ""
+        out.print(f"{'; '.join(points[:MOST_POINTS])}{more}: {reason}", soft_wrap=True)
+    if len(places) > 5:
+        out.print(f"... and {len(places) - 5} more reasons in the file")
+
+
+def _describe_point(table: "xr.Dataset", at: tuple[int, ...]) -> str:
+    """Return the values of the axes at a point, and its contact sequence if there are several."""
+    texts = []
+    for name, i in zip(table.status.dims, at, strict=True):
+        unit = table[name].attrs.get("units", "1")
+        if name != "sequence":
+            texts.append(f"{name} {table[name].values[i]:.6g}" + ("" if unit == "1" else f" {unit}"))
+        elif table.sizes["sequence"] > 1:
+            texts.append(f"'{table.sequence.values[i]}'")
+    return ", ".join(texts)

@@ -259,6 +259,7 @@ def _trace_inputs(
     from gaitopt.cli.axis import convert_axes, unconverted_axes
     from gaitopt.cli.inputs import read_input
     from gaitopt.cli.script import any_walk_problem, read_script
+    from gaitopt.continuation.parameter_values import unit_of
     from gaitopt.stability.walk_problem import WalkProblem
 
     name, ends = read_range(over, option)
@@ -275,6 +276,11 @@ def _trace_inputs(
     if note and not hidden:
         err.print(note, soft_wrap=True)
     low, high = convert_axes(script, problem, axes)[name].tolist()
+    if not hidden:
+        unit = unit_of(problem.robot, name)
+        degrees = unit == "rad" and np.allclose(np.rad2deg((low, high)), ends)
+        shown, unit = (ends, "deg") if degrees else ((low, high), "" if unit == "1" else unit)
+        err.print(f"{name} from {shown[0]:g} to {shown[1]:g} {unit}".rstrip(), soft_wrap=True)
     return problem, {name: (low, high)}, None
 
 

@@ -1,5 +1,6 @@
 """Commands on walks: stability, simulate."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -24,8 +25,9 @@ from gaitopt.cli.options import (
     State,
     TorqueLimit,
     Verbose,
+    WalkSetting,
 )
-from gaitopt.cli.output import print_json, report_file
+from gaitopt.cli.output import print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers, read_terrain
 from gaitopt.errors import InputError
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
     from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
+
+NO_GAIT = "no periodic gait found; try more --starts or another slope or friction"
 
 
 def stability(
@@ -76,17 +80,21 @@ def stability(
         subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
         report_planar_cycles(cycles or (), engine, json=json)
+        if not cycles:
+            print_reason(NO_GAIT)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
         print_cycles(subject.gaits, subject.engine)
+    if not subject.gaits:
+        print_reason(NO_GAIT)
     raise typer.Exit(0 if subject.gaits else 1)
 
 
 def simulate(
     source: Source,
-    setting: Setting = None,
+    setting: WalkSetting = None,
     problem: RobotScript = None,
     state: State = None,
     steps: Annotated[int, typer.Option(min=1, max=100000, help="Number of steps.")] = 10,
@@ -110,7 +118,8 @@ def simulate(
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
     A saved gait, or the optimal gait of a script that returns a PlanarProblem, is simulated in open loop, with its
-    torques replayed, or under the given feedback law.
+    torques replayed, or under the given feedback law.  --set changes parameters of its robot and ground, such as
+    friction=0.2, of which the law does not know; the walk starts in the planned state.
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
@@ -124,16 +133,18 @@ def simulate(
     from gaitopt.cli.planar_law_option import PlanarLawOption
 
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
-    request = Request(source=source, settings=setting or [], script=problem, engine=engine, feedback=feedback)
+    saved = source.suffix != ".py"
+    settings, changes = ([], read_numbers(setting, "--set")) if saved else (setting or [], {})
+    request = Request(source=source, settings=settings, script=problem, engine=engine, feedback=feedback)
     with show_progress("simulating", hidden=json):
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
-        planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch))
+        planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch), changes)
     if planar is not None:
         _end_planar_walk(*planar, source.stem, output, engine=engine, json=json)
     if rise or patch:
         raise InputError("--rise and --patch apply to robots with several contacts only.")
     with show_progress("simulating", hidden=json):
-        walk = _walk(request, state, steps)
+        walk = _walk(request, state, steps, changes)
     _end_walk(walk, source.stem, output, json=json)
 
 
@@ -149,6 +160,8 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
         print_walk(walk)
         if written is not None:
             report_file(written)
+    if walk.stop.key != "steps_done":
+        print_reason(f"{walk.stop.key}: {walk.stop.hint}")
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 
@@ -163,11 +176,18 @@ def _end_planar_walk(
 
     written = None if output is None else write_walk(walk.motion, output, name, section)
     report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
+    if walk.stop is not Stop.STEPS_DONE:
+        print_reason(f"{walk.stop.key}: {walk.stop.hint}")
     raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
 
 
 def _planar_walk(
-    request: "Request", law: "PlanarLawOption", state: list[str] | None, steps: int, terrain: "Terrain | None"
+    request: "Request",
+    law: "PlanarLawOption",
+    state: list[str] | None,
+    steps: int,
+    terrain: "Terrain | None",
+    parameters: Mapping[str, float],
 ) -> "tuple[PlanarRollout, tuple[str, ...]] | None":
     """Return the walk of a robot with several contacts and the events that end its steps; None for any other robot."""
     from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait, simulate_planar_gait
@@ -181,7 +201,8 @@ def _planar_walk(
     if is_planar_gait(stated):
         engine, gait = planar_engine_named(request.engine), find_planar_gait(stated)
         torque = law.make(gait)
-        walk = simulate_planar_gait(gait, torque, changes, steps=steps, terrain=terrain, engine=engine)
+        values = gait.robot.resolve({**gait.motion.parameters, **parameters})
+        walk = simulate_planar_gait(gait, torque, changes, values, steps=steps, terrain=terrain, engine=engine)
         return walk, list_section_events(gait.robot, torque.section)
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         problem = request.problem
@@ -190,8 +211,8 @@ def _planar_walk(
     return None
 
 
-def _walk(request: "Request", state: list[str] | None, steps: int) -> "Rollout":
-    """Return the walk from the first periodic gait with some coordinates changed."""
+def _walk(request: "Request", state: list[str] | None, steps: int, parameters: Mapping[str, float]) -> "Rollout":
+    """Return the walk from the first periodic gait with some coordinates and parameters changed."""
     from gaitopt.cli.inputs import read_input
     from gaitopt.simulation.hybrid_automaton import Walker
     from gaitopt.simulation.simulator import record_walk
@@ -200,7 +221,7 @@ def _walk(request: "Request", state: list[str] | None, steps: int) -> "Rollout":
     from gaitopt.stability.start import choose_start
 
     subject = read_input(request, STARTS, first=True)
-    p = subject.robot.vector(subject.parameters)
+    p = subject.robot.vector(subject.robot.resolve({**subject.parameters, **parameters}))
     start = choose_start(subject.robot, p, read_numbers(state, "--state"), subject.cycle)
     walker = Walker(subject.robot, subject.law, p, subject.engine)
     return record_walk(walker, Section(subject.robot, p, sliding=True).embed(np.array([*start.values()])), steps)

@@ -255,7 +255,10 @@ def make_gait_source(
     if isinstance(problem, PlanarWalkProblem):
         return PlanarGaits(problem, parameter, ends, engine)
     if not isinstance(problem, WalkProblem):
-        raise InputError(f"The problem must be a WalkProblem or a PlanarWalkProblem, got {problem!r}.")
+        raise InputError(
+            f"The problem must be a WalkProblem or a PlanarWalkProblem, got {problem!r}. trace_optimum follows the "
+            "optimal gaits of a GaitProblem or PlanarProblem."
+        )
     return WalkGaits(problem, parameter, ends, engine)
 
 

@@ -22,7 +22,7 @@ from gaitopt.continuation.gait_source import (
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import has_half_period, switch_branch
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, NoGaitError
 from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
@@ -188,7 +188,7 @@ class _Tracer:
             for gait in source.search(place, self.options.starts):
                 return source.start(gait, place)
         unit = "" if source.unit in ("", "1") else f" {source.unit}"
-        raise InputError(
+        raise NoGaitError(
             f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}{unit}; begin "
             "the range where there is a gait."
         )

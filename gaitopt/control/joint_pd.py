@@ -12,6 +12,7 @@ from gaitopt.control.signature import torque_function
 from gaitopt.control.torque_saturation import limit_torque, torque_limits
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Motion
 
 
@@ -53,6 +54,7 @@ def joint_pd(
     >>> list(law.gain_values)
     ['ankle_stiffness', 'hip_stiffness', 'ankle_damping', 'hip_damping']
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "planar_joint_pd")
     plan, n_u = reference(robot, motion), robot.n_u
     p = robot.vector(motion.parameters)
     data = ca.SX.sym("data", plan.size + 2 * n_u)

@@ -8,6 +8,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
 from gaitopt.tuning.controller_family import ControllerFamily, TorqueLimit, controller_family_named
+from gaitopt.tuning.custom_family import check_law_function, make_custom_family
 
 OPEN_LOOP = "feedforward"
 """Name of the law that replays the planned torques."""
@@ -63,11 +64,8 @@ def make_family(law: LawChoice, gait: Gait, limit: TorqueLimit) -> ControllerFam
         return ControllerFamily(OPEN_LOOP, (), lambda _: feedforward(robot, motion))
     if isinstance(law, str):
         return controller_family_named(law, robot, motion, torque_limit=limit)
-    made = law if isinstance(law, Law) else law(robot, motion, limit)
-    family = ControllerFamily.from_law(made) if isinstance(made, Law) else made
-    if not isinstance(family, ControllerFamily):
-        raise InputError(
-            f"The function law(robot, motion, torque_limit) must return a Law or a ControllerFamily, it returned "
-            f"{type(made).__name__}."
-        )
-    return family.with_torque_limit(robot, limit)
+    if isinstance(law, Law):
+        return make_custom_family(law, law.name, robot, limit)
+    name = getattr(law, "__name__", "law")
+    check_law_function(law, name)
+    return make_custom_family(law(robot, motion, limit), name, robot, limit)

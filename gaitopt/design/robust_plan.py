@@ -9,7 +9,7 @@ from gaitopt.control.law import Law
 from gaitopt.design.law_choice import LawChoice, check_law_choice, make_family
 from gaitopt.design.scenario_test import ScenarioSimulator, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, NoGaitError
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solver import solve
@@ -252,8 +252,14 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
             raise KeyboardInterrupt
     solved = [gait for gait in candidates if gait.status.ok]
     if not solved:
-        raise InputError(f"There is no gait with friction {lowest:g}: {candidates[0].status.hint}")
+        raise NoGaitError(f"There is no gait with friction {lowest:g}: {_reason(candidates[0])}")
     return verify(min(solved, key=lambda gait: gait.solver.objective)).require()
+
+
+def _reason(gait: Gait) -> str:
+    """Return why a solve found no gait, with the limits that conflict."""
+    conflicts = "; ".join(map(str, gait.solver.conflicts))
+    return f"{gait.status.hint} Conflicts: {conflicts}." if conflicts else gait.status.hint
 
 
 def _tune(

@@ -6,6 +6,8 @@ from gaitopt.arguments import check_arguments
 from gaitopt.design.law_choice import LawChoice, check_law_choice
 from gaitopt.design.robust_plan import RobustPlan, solve_scenarios
 from gaitopt.design.scenarios import Scenarios
+from gaitopt.errors import InputError
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parallel.execution import Execution
 from gaitopt.parameters import check_type
@@ -49,6 +51,11 @@ class RobustProblem:
     search: GainSearchOptions | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.problem, PlanarProblem):
+            raise InputError(
+                "Robust gaits are planned for robots with one foot on the ground (GaitProblem) only, got "
+                f"{self.problem!r}."
+            )
         check_type("problem", self.problem, GaitProblem, "a GaitProblem(...)")
         check_type("scenarios", self.scenarios, Scenarios, "Scenarios(ranges={'friction': (0.1, 0.2)})")
         self.scenarios.check_problem(self.problem)

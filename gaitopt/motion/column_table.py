@@ -32,8 +32,14 @@ class ColumnTable:
     angle_unit: str | None = None
 
 
-def read_columns(path: Path) -> ColumnTable:
+def read_columns(path: Path, time: str | None = None) -> ColumnTable:
     """Read the table of a file, whose suffix determines the format.
+
+    Parameters
+    ----------
+    path : Path
+    time : str or None
+        Name of the time if it is another one than ``time`` or ``t``, by which a MATLAB file is searched.
 
     Raises
     ------
@@ -43,13 +49,13 @@ def read_columns(path: Path) -> ColumnTable:
         If the file is unreadable.
     """
     suffix = path.suffix.lower()
-    if suffix not in _READERS:
+    if suffix not in SUFFIXES:
         raise InputError(
-            f"{path} has the suffix {suffix!r}; a recorded motion ends in {', '.join(_READERS)}, a gait in .h5."
+            f"{path} has the suffix {suffix!r}; a recorded motion ends in {', '.join(SUFFIXES)}, a gait in .h5."
         )
     if not path.is_file():
         raise ArchiveError(describe_missing_file(path))
-    table = _READERS[suffix](path)
+    table = _read_matlab(path, time) if suffix == ".mat" else _READERS[suffix](path)
     lengths = {values.size for values in table.columns.values()}
     if len(lengths) != 1 or min(lengths) < 2:
         raise InputError(f"{path} contains no table with at least two rows of numbers.")
@@ -100,7 +106,7 @@ def _make_table(path: Path, rows: Sequence[Sequence[str]], *, decimal: str = "."
     return ColumnTable(columns, tuple(texts))
 
 
-def _read_matlab(path: Path) -> ColumnTable:
+def _read_matlab(path: Path, time: str | None) -> ColumnTable:
     from scipy.io import loadmat  # whose import takes longer than a solve
 
     try:
@@ -109,10 +115,10 @@ def _read_matlab(path: Path) -> ColumnTable:
         raise InputError(f"{path} is a MATLAB file of version 7.3; save it in MATLAB with the option '-v7'.") from None
     except Exception as error:
         raise ArchiveError(f"Cannot read {path}: {error}.") from None
-    return ColumnTable(_longest_vectors(content))
+    return ColumnTable(_longest_vectors(content, time))
 
 
-def _longest_vectors(content: Mapping[str, Any]) -> dict[str, Array]:
+def _longest_vectors(content: Mapping[str, Any], time: str | None) -> dict[str, Array]:
     """Return the vectors with as many entries as the time; those in a structure, if there is one with a time."""
     structures = [value for value in content.values() if isinstance(value, Mapping)]
     for names in (content, *structures):
@@ -121,15 +127,12 @@ def _longest_vectors(content: Mapping[str, Any]) -> dict[str, Array]:
             for name, value in names.items()
             if isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.size == max(value.shape)
         }
-        size = next((vectors[name].size for name in vectors if name.partition("_")[0] in ("time", "t")), 0)
+        times = [name for name in vectors if name == time or name.partition("_")[0] in ("time", "t")]
+        size = vectors[times[0]].size if times else 0
         if size:
             return {name: values for name, values in vectors.items() if values.size == size}
     return {}
 
 
-_READERS: dict[str, Callable[[Path], ColumnTable]] = {
-    ".csv": _read_csv,
-    ".mat": _read_matlab,
-    ".sto": _read_opensim,
-    ".mot": _read_opensim,
-}
+_READERS: dict[str, Callable[[Path], ColumnTable]] = {".csv": _read_csv, ".sto": _read_opensim, ".mot": _read_opensim}
+SUFFIXES = (".csv", ".mat", ".sto", ".mot")

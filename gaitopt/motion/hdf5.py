@@ -125,6 +125,8 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
     if not path.is_file():
         missing = not path.exists()
         raise ArchiveError(describe_missing_file(path) if missing else f"{path} is a device, a pipe or a socket.")
+    if path.suffix == ".py":
+        raise ArchiveError(f"{path} is a script, not a result; solve it first: gaitopt solve {path}.")
     try:
         intact = _verify_once(path)
         with h5py.File(path, "r") as file:

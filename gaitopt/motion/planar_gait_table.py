@@ -55,7 +55,10 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
 
 def _numbers(gait: PlanarGait) -> Facts:
     objective, margin = gait.problem["objective"], friction_margin(gait)
-    value = format_objective(gait.solver.objective, gait.problem.get("objective_unit"))
+    unit = str(gait.problem.get("objective_unit") or "")
+    value = format_objective(gait.solver.objective, unit)
+    if " + " in unit:
+        value += " (adds squares of N m and of N; a custom objective may weight the actuators)"
     facts = [(objective.replace("_", " "), value)]
     if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))

@@ -18,6 +18,8 @@ _LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 _FORCE_UNITS = {"torque_Nm": 1.0, "force_N": 1.0}
 
+TIME = "time"
+
 LARGEST_ANGLE = 2 * math.pi
 """Angle [rad] beyond which a warning states that the unit of a column may be degrees."""
 
@@ -69,7 +71,7 @@ def assign_columns(
         Coordinates of the robot.
     actuators : iterable of str
     renamed : mapping of str to str
-        Column of a coordinate that has another name in the file.
+        Column of a coordinate, or of the time (``time``), that has another name in the file.
     angle_unit : str or None
         Unit of angles whose column does not state it; None for the unit in the header of the file.
 
@@ -81,11 +83,8 @@ def assign_columns(
     unit, used = angle_unit or table.angle_unit, set()
     quantities = tuple(quantities)
     names = [quantity.name for quantity in quantities]
-    for name, column in renamed.items():
-        if name not in names:
-            raise InputError(f"The robot has no coordinate {name!r} for the column {column!r}. {suggest(name, names)}")
-        if column not in table.columns:
-            raise InputError(f"{path} has no column {column!r}. {suggest(column, table.columns)}")
+    renamed = {TIME if is_time(name) and name not in names else name: column for name, column in renamed.items()}
+    _check_names(renamed, names, table, path)
 
     def take(pattern: str, units: Mapping[str, float], bare: float | None = None) -> Array | None:
         for column, values in table.columns.items():
@@ -101,9 +100,12 @@ def assign_columns(
                 return values * factor
         return None
 
-    time = take(rf"(?:time|t)(?:_({'|'.join(_TIME_UNITS)}))?", _TIME_UNITS, 1.0)
+    time = take(_time_pattern(renamed.get(TIME)), _TIME_UNITS, 1.0)
     if time is None:
-        raise InputError(f"{path} has no column with the time. {suggest('time_s', table.columns)}")
+        raise InputError(
+            f"{path} has no column with the time. {suggest('time_s', table.columns)} State the column by "
+            "columns={'time': 'COLUMN'}, or --column time=COLUMN."
+        )
     coordinates: dict[str, Array] = {}
     rates: dict[str, Array] = {}
     for quantity in quantities:
@@ -120,6 +122,36 @@ def assign_columns(
     torques = {name: values for name, values in columns.items() if values is not None}
     ignored = tuple(name for name in (*table.columns, *table.texts) if name not in used)
     return RecordedColumns(time, coordinates, rates, torques, ignored, _doubtful_units(quantities, coordinates))
+
+
+def is_time(name: str) -> bool:
+    """Return whether a name in `renamed` is that of the time.
+
+    Examples
+    --------
+    >>> is_time("time"), is_time("t_s"), is_time("th1")
+    (True, True, False)
+    """
+    return name.partition("_")[0] in (TIME, "t")
+
+
+def _time_pattern(column: str | None) -> str:
+    """Return the pattern of the column of the time, whose unit is its last group; seconds without a unit."""
+    units = "|".join(_TIME_UNITS)
+    if column is None:
+        return rf"(?:time|t)(?:_({units}))?"
+    named = re.fullmatch(rf"(.+)_({units})", column)
+    return rf"{re.escape(named[1])}_({units})" if named else rf"{re.escape(column)}(?:_({units}))?"
+
+
+def _check_names(renamed: Mapping[str, str], names: list[str], table: ColumnTable, path: Path) -> None:
+    """Raise InputError if a name is neither that of a coordinate nor the time, or a column does not exist."""
+    for name, column in renamed.items():
+        if name not in (*names, TIME):
+            known = suggest(name, (*names, TIME))
+            raise InputError(f"The robot has no coordinate {name!r} for the column {column!r}. {known}")
+        if column not in table.columns:
+            raise InputError(f"{path} has no column {column!r}. {suggest(column, table.columns)}")
 
 
 def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[str]) -> None:

@@ -22,6 +22,7 @@ from gaitopt.motion.recorded_columns import (
     RecordedColumns,
     RecordedQuantity,
     assign_columns,
+    is_time,
     require_coordinates,
 )
 from gaitopt.parameters import Parameter
@@ -125,7 +126,8 @@ def read_motion(
     angle_unit : str, optional
         ``"rad"`` or ``"deg"``, for columns without a unit; OpenSim files state it themselves.
     columns : mapping of str to str, optional
-        Columns of coordinates with other names in the file, such as ``{"th1": "hip_flexion_r"}``.
+        Columns of coordinates, and of the time, with other names in the file, such as ``{"th1": "hip_flexion_r",
+        "time": "Time"}``.  A time without unit is in seconds.
     span : (float, float), optional
         First and last instant of the step in the time of the file [s]; the whole file by default, or the first step of
         a file with the column ``step``.
@@ -157,13 +159,18 @@ def read_motion(
         raise InputError(f"angle_unit must be 'rad' or 'deg', got {angle_unit!r}.")
     if pieces is not None:
         Parameter("pieces", 1, "1", "", lower=1, upper=MOST_PIECES, whole=True).check(pieces)
-    table = _select_step(read_columns(path), span is None)
+    table = _select_step(read_columns(path, _time_column(columns or {})), span is None)
     names, units = _coordinates(robot)
     extra = [RecordedQuantity("x", "m")] if isinstance(robot, Robot) else []
     quantities = [*map(RecordedQuantity, names, units), *extra]
     recorded = assign_columns(table, path, quantities, robot.actuators, columns or {}, angle_unit)
     require_coordinates(recorded, path, names)
     return _fit(robot, robot.resolve(parameters or {}), _cut(recorded, path, span), pieces)
+
+
+def _time_column(columns: Mapping[str, str]) -> str | None:
+    """Return the column that is stated as the time, or None."""
+    return next((column for name, column in columns.items() if is_time(name)), None)
 
 
 def _coordinates(robot: Robot | PlanarRobot) -> tuple[tuple[str, ...], tuple[str, ...]]:

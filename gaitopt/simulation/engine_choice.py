@@ -1,6 +1,7 @@
 """Selection of the simulation engine."""
 
 import functools
+import logging
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, cast
 
@@ -23,6 +24,8 @@ NAMES = ("auto", "heyoka", "scipy")
 def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine:
     """Return the fastest engine that supports a law and a robot: heyoka if it is installed, otherwise scipy.
 
+    If heyoka is installed but cannot be imported, a warning is logged once.
+
     Parameters
     ----------
     law : Law, optional
@@ -38,11 +41,25 @@ def default_engine(law: Law | None = None, robot: Robot | None = None) -> Engine
     """
     if (
         find_spec("heyoka")
+        and _imports_heyoka()
         and (law is None or _is_smooth(law.control))
         and (robot is None or _is_smooth(robot.dynamics))
     ):
         return _make_heyoka_engine()
     return ScipyEngine()
+
+
+@functools.cache
+def _imports_heyoka() -> bool:
+    """Return whether heyoka, which is installed, can be imported; log why it cannot."""
+    from gaitopt.simulation.taylor.expression_conversion import heyoka_module
+
+    try:
+        heyoka_module()
+    except InputError as error:
+        logging.getLogger("gaitopt").warning("%s The engine scipy is used, which is slower.", error)
+        return False
+    return True
 
 
 @functools.lru_cache(maxsize=64)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_function, inputs_of, make_memory
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, NoGaitError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.engine import Engine
@@ -139,7 +139,7 @@ def _find_neighbour(cycle: Cycle, law: Law, robot: Robot, engine: Engine | None)
     """Return the fixed point of a cycle's return map under another law."""
     point = find_fixed_point(return_map_with(cycle, law, robot, engine), cycle.z)
     if point is None:
-        raise InputError(
+        raise NoGaitError(
             f"No periodic gait was found under the law {law.name!r} with gains near {law.gain_values}; the sensitivity "
             "needs one for neighbouring gains."
         )

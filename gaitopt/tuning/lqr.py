@@ -13,9 +13,10 @@ from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, feedforward
 from gaitopt.control.state_feedback import state_feedback
 from gaitopt.control.step_to_step import step_to_step
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, NoGaitError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.parameters import Parameter, positive
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep, make_walker
@@ -90,6 +91,7 @@ def lqr(
     >>> lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'lqr'
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "planar_lqr")
     weights = weights or LqrWeights()
     n_a = len(robot.angles)
     sizes = [weights.angle] * n_a + [weights.foot_speed] + [weights.rate] * n_a
@@ -136,6 +138,7 @@ def step_lqr(
     >>> step_lqr(compass_biped(), load("docs/examples/compass_slip.h5").motion).name
     'step_lqr'
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "planar_step_lqr")
     Parameter("windows", 2, "1", "", lower=1, upper=MOST_WINDOWS, whole=True).check(windows)
     weights = weights or LqrWeights()
     base, first = law or feedforward(robot, motion), motion.segments[0]
@@ -148,7 +151,7 @@ def step_lqr(
     walker = make_walker(robot, zero_feedback, motion.parameters, period=motion.period)
     point = find_fixed_point(ReturnMap(walker, section), start)
     if point is None:
-        raise InputError(
+        raise NoGaitError(
             f"No periodic gait of the walker under the law {base.name!r} was found near the planned one; check the "
             "gait with verify, or use another law."
         )

@@ -1,6 +1,7 @@
 """Results of feedback tuning."""
 
 import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gaitopt.control.law import Law
@@ -9,6 +10,9 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.controller_family import FamilySettings
+
+AT_BOUND = 1e-3
+"""Distance from a bound, relative to the range of a gain, at which the gain is at its bound."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,8 @@ class Tuning:
         Torque limit and fixed gains of the law.
     planned_sequence : str
         Contact sequence of the gait.
+    bounds : mapping of str to (float, float)
+        Bounds of the search for each tuned gain.
     search_interrupted : bool
         Whether Ctrl-C ended the search; the gains are then the best ones so far and are not verified.
 
@@ -88,6 +94,7 @@ class Tuning:
     seconds: float
     settings: FamilySettings = field(default=FamilySettings(), repr=False)
     planned_sequence: str = field(default="", repr=False)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     search_interrupted: bool = field(default=False, repr=False)
 
     def __repr__(self) -> str:
@@ -100,6 +107,16 @@ class Tuning:
     def stable(self) -> bool:
         """Whether the law stabilises the gait."""
         return self.radius_after < 1
+
+    @property
+    def at_bounds(self) -> dict[str, str]:
+        """Gains at a bound of the search, with ``"lower"`` or ``"upper"``: wider bounds may improve the law."""
+        sides = {}
+        for name, (lower, upper) in self.bounds.items():
+            value, margin = self.gains[name], AT_BOUND * (upper - lower)
+            if value <= lower + margin or value >= upper - margin:
+                sides[name] = "lower" if value <= lower + margin else "upper"
+        return sides
 
     @property
     def worse_than_open_loop(self) -> bool:

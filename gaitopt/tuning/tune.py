@@ -72,7 +72,7 @@ def tune_feedback(
     Raises
     ------
     InputError
-        If the gait is not a solution.
+        If the gait is not a solution, or the family has no gains.
 
     Examples
     --------
@@ -88,6 +88,7 @@ def tune_feedback(
     check_any_gait(gait)
     example = 'a ControllerFamily such as controller_family_named("lqr", robot, gait.motion, torque_limit=8)'
     check_type("family", family, ControllerFamily, example)
+    _require_gains(family)
     gait.require()
     robot, search = gait.robot, search or GainSearchOptions()
     objective, start_time = objective or SpectralRadius(), time.perf_counter()
@@ -113,8 +114,18 @@ def tune_feedback(
         evaluations=len(gain_search.trials),
         seconds=seconds,
         planned_sequence=gait.motion.sequence if isinstance(gait, PlanarGait) else str(gait.sequence),
+        bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
     )
+
+
+def _require_gains(family: ControllerFamily) -> None:
+    """Raise InputError if there is nothing to tune."""
+    if not family.gains:
+        raise InputError(
+            f"The law {family.name!r} has no gains to tune: name rows of its table, "
+            "Law(name, control, breakpoints, table, gains={'stiffness': row}), and give them values other than 0."
+        )
 
 
 def fixed_point_shift(gait: AnyGait, cycle: Cycle | PlanarCycle) -> float:

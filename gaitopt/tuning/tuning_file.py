@@ -14,8 +14,15 @@ from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.tuning.controller_family import ControllerFamily, FamilySettings, controller_family_named
-from gaitopt.tuning.law_script import locate_script, refer_to_script
+from gaitopt.tuning.controller_family import (
+    FAMILIES,
+    SYNONYMS,
+    ControllerFamily,
+    FamilySettings,
+    controller_family_named,
+)
+from gaitopt.tuning.custom_family import load_custom_family
+from gaitopt.tuning.law_script import locate_script, refer_to_script, split_script_law
 from gaitopt.tuning.record import Trial, Tuning
 
 KIND = "gaitopt tuned gains", 1
@@ -76,7 +83,8 @@ class TunedGains:
         motion : Motion or PlanarGait
             One step of the gait; the gait itself for a robot with several contacts.
         family : ControllerFamily, optional
-            Custom family that was tuned; by default the family of gaitopt named in the file.
+            Custom family that was tuned; by default the family of gaitopt named in the file, or that of the law
+            SCRIPT.py:FUNCTION named in it.
 
         Returns
         -------
@@ -85,10 +93,11 @@ class TunedGains:
         Raises
         ------
         InputError
-            If gaitopt has no family of this name and `family` is missing, or the file lacks a gain.
+            If gaitopt has no family of this name, the file names no existing script and `family` is missing, or the
+            file lacks a gain.
         """
         settings = self.settings
-        family = family or controller_family_named(self.family, robot, motion, torque_limit=settings.torque_limit)
+        family = family or self._find_family(robot, motion)
         if settings.stance_angle and not family.settings.stance_angle:
             family = family.by_stance_angle(robot, motion)
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
@@ -97,6 +106,18 @@ class TunedGains:
                 f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again."
             )
         return family.law(self.gains)
+
+    def _find_family(self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait) -> ControllerFamily:
+        """Return the family of gaitopt or of the script that the file names."""
+        limit, source = self.settings.torque_limit, split_script_law(self.family)
+        if source is None and self.family in (*FAMILIES, *SYNONYMS):
+            return controller_family_named(self.family, robot, motion, torque_limit=limit)
+        remedy = "pass its family to law(robot, motion, family=ControllerFamily.from_law(my_law))"
+        if source is None:
+            raise InputError(f"The custom law {self.family!r} was tuned in Python; {remedy}.")
+        if not source[0].is_file():
+            raise InputError(f"The file of tuned gains names the law script {source[0]}, which is missing; {remedy}.")
+        return load_custom_family(*source, robot, motion, limit)
 
 
 @check_arguments

@@ -84,7 +84,8 @@ SCRIPTS = {
     "leaves": ("raise SystemExit(0)\n", "own.py, line 1 raised SystemExit"),
     "has no problem": ("x = 1\n", "own.py has no function problem(**parameters)"),
     "has a problem that is no function": ("problem = 3\n", "own.py has no function problem(**parameters)"),
-    "returns something else": ("def problem():\n    return 3\n", "must return a GaitProblem, it returned int"),
+    "returns something else": ("def problem():\n    return 3\n", "Family or RobustProblem, it returned int"),
+    "returns nothing": ("def problem():\n    3\n", "it returned None: a return statement is missing"),
     "needs an argument": ("def problem(a):\n    return 3\n", "missing 1 required positional argument: 'a'"),
     "makes a wrong problem": (
         "from gaitopt import GaitProblem, compass_biped\n\n\ndef problem():\n"
@@ -100,6 +101,13 @@ def test_scripts_that_cannot_be(command, script, folder, case):
     text, said = SCRIPTS[case]
     refused(command("solve", script(text)), folder, ["own.py"], said=said)
     assert command("solve", "own.py", "--json").json["status"] == "error"
+
+
+@pytest.mark.parametrize("verb", ["plot", "doctor"])
+def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, folder, verb):
+    run = command(verb, script("def problem():\n    return 3\n"), "--quiet")
+    assert run.status == (1 if verb == "doctor" else 2)
+    assert "own.py is a script, not a result; solve it first: gaitopt solve " in run.err
 
 
 @pytest.mark.parametrize("bytes_", [b"\xff\xfe", b"x = 1\0"])

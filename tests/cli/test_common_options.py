@@ -2,6 +2,7 @@
 
 import gc
 import json
+from pathlib import Path
 
 import pytest
 import typer
@@ -73,3 +74,34 @@ def test_files_that_are_written_are_told_as_json(verb, name, command, root, fold
     run = command(verb, *given, "--json")
     assert json.loads(run.out) == {"file": name}
     assert (folder / name).is_file()
+
+
+GAIT_FILE = Path(__file__).parents[2] / "docs/examples/compass_slip.h5"
+INFEASIBLE = """
+from gaitopt import Collocation, GaitProblem, Limits, compass_biped
+
+
+def problem():
+    return GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=0.01, speed=0.6, step_length=0.45,
+        limits=Limits(torque=6), transcription=Collocation(intervals=10),
+    )
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("solve", "own.py"), "infeasible: no gait found; "),
+        (("sweep", "own.py", "--over", "friction=0.01", "-o", "own.nc"), "No gait was found: no gait found; "),
+        (("simulate", GAIT_FILE, "--set", "friction=0.01"), "fell: The walker fell."),
+        (("doctor", "own.py"), "own.py"),
+    ],
+)
+def test_a_quiet_command_that_fails_states_the_reason_in_one_line(command, script, folder, arguments, reason):
+    script(INFEASIBLE)
+    run = command(*arguments, "--quiet")
+    assert run.status == 1
+    assert run.out == ""
+    assert run.err.count("\n") == 1
+    assert reason in run.err

@@ -178,6 +178,14 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
     assert again.json["gaits"][0]["radius"] < 1
 
 
+def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(command, script):
+    run = command("design", script(ROBUST), "--set", "friction=0.02")
+    assert run.status == 1
+    assert "There is no gait with friction 0.02" in run.err
+    assert "Conflicts: " in run.err
+    assert "friction is 0.02: " in run.err
+
+
 def test_other_problems_have_no_law_and_robust_ones_are_not_solved_alone(command, script):
     run = command("design", script(SCRIPT), "--law", "feedforward")
     assert run.status == 2

@@ -26,7 +26,16 @@ from gaitopt.tuning.tuning_objective import SpectralRadius
 
 GAIT = "docs/examples/compass_slip.h5"
 KEYS = [
-    *("law", "gains", "radius_before", "radius_after", "multipliers", "fixed_point_shift", "worse_than_open_loop"),
+    *(
+        "law",
+        "gains",
+        "at_bounds",
+        "radius_before",
+        "radius_after",
+        "multipliers",
+        "fixed_point_shift",
+        "worse_than_open_loop",
+    ),
     *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds"),
 ]
 
@@ -92,7 +101,8 @@ def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeyp
     tuned = Tuning(
         law=None,
         family="lqr",
-        gains={},
+        gains={"torque": 3.0},
+        bounds={"torque": (0.0, 3.0)},
         objective="spectral_radius",
         radius_before=cycle.radius * factor,
         radius_after=cycle.radius,
@@ -106,7 +116,9 @@ def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeyp
     )
     monkeypatch.setattr("gaitopt.tuning.tune.tune_feedback", lambda *_, **__: tuned)
     text = " ".join(run(capsys, "tune", GAIT)[1].out.split())
+    assert "torque (at its upper bound): wider bounds may improve the law" in text
     facts = json.loads(run(capsys, "tune", GAIT, "--json")[1].out)
+    assert facts["at_bounds"] == {"torque": "upper"}
     assert facts["worse_than_open_loop"] == ("larger than in open loop" in text) == (factor < 1)
     assert (facts["sequence"], facts["planned_sequence"]) == ("slip+ stick | slip+", planned)
     changed = f"contact sequence slip+ stick | slip+ under the law, {planned} in the gait"
@@ -415,6 +427,66 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         code, text = run(capsys, "stability", GAIT, "--law", name)
         assert code == 2
         assert message in " ".join(text.err.split())
+
+
+LAWS = """
+import casadi as ca
+import numpy as np
+
+from gaitopt import Law, feedforward
+from gaitopt.control import control_function, law_inputs
+
+
+def without_gains(robot, motion, torque_limit):
+    return feedforward(robot, motion)
+
+
+def two(robot, motion):
+    return feedforward(robot, motion)
+
+
+def plain(t, q, v):
+    return [0, -5 * q[2]]
+
+
+def hip_only(robot, motion, torque_limit):
+    i = law_inputs(robot, data=1)
+    return Law("hip", control_function(i, i.data), np.zeros(1), np.ones((1, 1)), {"k": 0})
+
+
+def falling(robot, motion, torque_limit):
+    i = law_inputs(robot, data=1)
+    control = control_function(i, ca.vertcat(50 * i.data, 0))
+    return Law("falling", control, np.zeros(1), np.ones((1, 1)), {"k": 0})
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (("tune", GAIT, "--law", "laws.py:without_gains"), 2, "has no gains to tune: name rows of its table"),
+        (
+            ("stability", GAIT, "--law", "laws.py:two"),
+            2,
+            "is not the function of a law, its arguments are (robot, motion)",
+        ),
+        (
+            ("tune", GAIT, "--law", "laws.py:hip_only"),
+            2,
+            "laws.py returns 1 torque, the robot has 2: ankle, hip.",
+        ),
+        (("stability", GAIT, "--law", "laws.py:plain"), 2, "Its arguments are (t, q, v); accepted are a"),
+        (("stability", GAIT, "--law", "laws.py:falling"), 1, "No periodic gait of the walker under the law"),
+    ],
+)
+def test_a_custom_law_that_cannot_be_used_ends_in_a_sentence(capsys, tmp_path, monkeypatch, arguments, status, message):
+    (tmp_path / "laws.py").write_text(LAWS)
+    command, gait, *rest = arguments
+    gait = str(Path(gait).resolve())
+    monkeypatch.chdir(tmp_path)
+    code, text = run(capsys, command, gait, *rest)
+    assert code == status
+    assert message in " ".join(text.err.split())
 
 
 def test_a_law_tuned_in_python_is_read_if_its_family_names_the_script(capsys, script, slip_gait, tmp_path):

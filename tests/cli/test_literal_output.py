@@ -140,6 +140,7 @@ def tuning():
     fields = {field.name: 1.0 for field in dataclasses.fields(Tuning)}
     cycle = assess_stability(gait())
     changes = {"family": "lqr", "gains": {"torque [N m]": 5.0}, "cycle": cycle, "verified": verified, "evaluations": 3}
+    changes["bounds"] = {"torque [N m]": (0.0, 5.0)}
     feedback_output.print_tuning(Tuning(**fields | changes))
 
 
@@ -383,3 +384,33 @@ def test_tables_have_units_to_show(capsys, monkeypatch):
         TABLES[name]()
     units = set(UNIT.findall(capsys.readouterr().out))
     assert {"[m/s]", "[m]", "[s]", "[ms]", "[rad]", "[J]", "[J/m]", "[N m]"} <= units
+
+
+def test_a_sweep_shows_its_objective_with_its_unit_and_the_points_without_a_gait(capsys):
+    """The sequence of lowest objective is highlighted, not that of lowest cost of transport."""
+    shape = ("sequence", "speed")
+    table = xr.Dataset(
+        {
+            "objective": (
+                shape,
+                [[12.5, math.nan], [11.5, math.nan]],
+                {"units": "N^2 m^2 s", "name": "torque_squared"},
+            ),
+            "cost_of_transport": (shape, [[0.02, math.nan], [0.03, math.nan]], {"units": "1"}),
+            "stable": (shape, [[1, 0], [0, 0]], {"units": "1"}),
+            "status": (shape, [["solved", "infeasible"], ["solved", "infeasible"]]),
+            "reason": (shape, np.array([["", "torque limit of hip"], ["", "torque limit of hip"]])),
+            "lowest_sequence": (("speed",), ["slip+ | slip+", ""]),
+            "verified": (shape, [[1, 0], [1, 0]]),
+        },
+        {"sequence": ["stick | stick", "slip+ | slip+"], "speed": ("speed", [0.5, 0.6], {"units": "m/s"})},
+        {"complete": 1},
+    )
+    study_output.print_sweep(table)
+    text = capsys.readouterr().out
+    assert "torque squared [N^2 m^2 s]" in text
+    assert "cost of transport" not in text
+    rows = [line.split() for line in text.splitlines() if line.strip().startswith("0.5")]
+    assert rows == [["0.5", *["slip+", "|", "slip+"], "11.5", "no"], ["0.5", "12.500000", "11.500000"]]
+    assert "'stick | stick', speed 0.6 m/s; 'slip+ | slip+', speed 0.6 m/s: torque limit of hip" in text
+    assert study_output.first_reason(table) == "torque limit of hip"

@@ -69,6 +69,15 @@ def test_a_walk_from_a_changed_state_under_a_law(gait, file):
     assert (facts["steps"], len(facts["sequences"])) == (0, 1)
 
 
+def test_a_gait_is_simulated_on_another_ground(file):
+    planned, same, changed = (
+        json.loads(run("simulate", file, "--steps", 1, "--json", "--law", "joint_pd", *settings).stdout)
+        for settings in ((), ("--set", "slope=0"), ("--set", "slope=0.002"))
+    )
+    assert same["events"] == planned["events"]
+    assert changed["events"] != planned["events"]
+
+
 def test_the_basin_of_a_gait_under_a_law(file, tmp_path):
     path = tmp_path / "basin.nc"
     options = ("--over", "a_rate=-0.733,0.5", "--law", "step_lqr", "--steps", 40, "--workers", 1, "-o", path)

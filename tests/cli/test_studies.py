@@ -42,6 +42,8 @@ def test_sweep_prints_a_table_and_goes_on(command, quick, folder):
     table = load_sweep(folder / "f.nc")
     again = command(*arguments, "--json").json
     assert again["complete"]
+    assert again["objective"] == table.objective.attrs["name"]
+    assert all(point["objective"] > 0 for point in again["points"])
     assert [point["friction"] for point in again["points"]] == table.friction.values.tolist()
     assert all(point["status"] == "solved" and point["verified"] for point in again["points"])
     assert command(*arguments, "--set", "intervals=12").status == 2

@@ -22,6 +22,13 @@ GOSWAMI = [
 ]
 
 
+def test_the_range_is_printed_with_its_unit(command, root, folder):
+    result = command("trace", root / PASSIVE, *GOSWAMI, "--over", "slope=4:4.1", "-o", "slope.nc")
+    assert result.err.splitlines() == ["slope from 4 to 4.1 deg"]
+    result = command("trace", root / PASSIVE, *GOSWAMI, "--over", "hip_mass=10:10.5", "-o", "mass.nc")
+    assert result.err.splitlines()[-1] == "hip_mass from 10 to 10.5 kg"
+
+
 def test_a_range_has_the_unit_of_the_script(command, root, folder):
     result = command("trace", root / PASSIVE, *GOSWAMI, "--over", "slope=4:4.6", "--json", "-o", "slope.nc")
     assert result.status == 0, result.err
@@ -119,13 +126,18 @@ def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
         (["--over", "friction=1:0.5", "-o", "x.txt"], "'.txt' is not that of a known format"),
         (["--over", "friction=1:0.5", "-o", "none/x.nc"], "does not exist"),
         (["--over", "friction=1:0.5", "--law", "lqr"], "--law is accepted for a saved gait only"),
-        (["--over", "slope=0.2:1", "--set", "friction=inf"], "was found at slope = 0.00349066 rad"),
     ],
 )
 def test_invalid_requests_are_named(command, root, arguments, message):
     result = command("trace", root / WHEEL, *arguments)
     assert result.status == 2
     assert message in " ".join(result.err.split())
+
+
+def test_a_range_without_a_gait_at_its_begin_ends_with_status_1(command, root):
+    result = command("trace", root / WHEEL, "--over", "slope=0.2:1", "--set", "friction=inf")
+    assert result.status == 1
+    assert "was found at slope = 0.00349066 rad" in " ".join(result.err.split())
 
 
 def test_a_range_that_excludes_the_saved_gait_is_named(command, slip_file):

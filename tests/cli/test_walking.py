@@ -186,6 +186,7 @@ def test_run_a_study(tmp_path):
         (["basin", WHEEL, "--over", "theta_rate=1", "--state", "theta_rate=2"], "set by both --over and --state"),
         (["basin", "problems/compass_robust.py", "--over", "th1_rate=1"], "returns a RobustProblem, not a WalkProblem"),
         (["run", WHEEL], "no function study"),
+        (["simulate", SLIP, "--set", "frction=1"], "no parameter 'frction'. Did you mean 'friction'?"),
         (["stability", SLIP, "--set", "friction=1"], "it is not accepted for a saved gait"),
     ],
 )
@@ -196,3 +197,20 @@ def test_mistakes_are_one_sentence_and_exit_status_two(arguments, message, capsy
     printed = " ".join(capsys.readouterr().err.split())
     assert message in printed
     assert "Traceback" not in printed
+
+
+def test_a_saved_gait_is_simulated_on_another_ground_and_with_other_masses():
+    """The contact modes follow the friction of the walk, which the law does not know."""
+
+    def walk(*settings):
+        result = run("simulate", SLIP, "--law", "lqr", "--steps", 2, "--json", *settings)
+        return json.loads(result.stdout)["events"]
+
+    planned = walk()
+    assert len(planned) == 4
+    assert walk("--set", "friction=0.14") == planned
+    rough = walk("--set", "friction=0.16")
+    slips = [[event["time"] for event in events if event["name"] == "at rest"] for events in (planned, rough)]
+    assert slips[1][0] < slips[0][0]
+    assert walk("--set", "hip_mass=10.5") != planned
+    assert walk("--set", "slope=0.002") != planned

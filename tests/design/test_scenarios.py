@@ -19,6 +19,7 @@ from gaitopt import (
 )
 from gaitopt.design import Scenario, Scenarios, check_scenarios, robust_plan, solve_scenarios
 from gaitopt.design.scenario_test import Walk, worst_walk
+from gaitopt.errors import NoGaitError
 
 SCENARIOS = Scenarios(ranges={"friction": (0.1, 0.2)}, push=0.1)
 QUICK = GainSearchOptions(samples=0, starts=1, evaluations=4)
@@ -152,7 +153,7 @@ def test_unknown_parameters_and_frictions_without_a_gait_are_refused():
     with pytest.raises(InputError, match="no parameter 'frction'"):
         solve_scenarios(problem(), Scenarios(ranges={"frction": (0.1, 0.2)}))
     assert not solve(problem(friction=0.02)).status.ok
-    with pytest.raises(InputError, match=r"no gait with friction 0\.02"):
+    with pytest.raises(NoGaitError, match=r"no gait with friction 0\.02.*Conflicts: .*friction is 0\.02: "):
         solve_scenarios(problem(), Scenarios(ranges={"friction": (0.02, 0.2)}, values=2), search=QUICK)
 
 

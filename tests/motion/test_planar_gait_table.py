@@ -1,5 +1,7 @@
 """Table of a gait of a robot with several contacts: the ratio of the impulses of its impacts."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,14 @@ def test_the_ratio_of_a_landing_foot_follows_from_the_momentum():
     gait = solve(walk("foot A stick |", transcription=Collocation(intervals=10)))
     tangential, normal = impulses_of(gait, [gait.robot.contact_index("foot B")])
     assert impacts_of(gait) == [f"foot B stick, impulse ratio {tangential / normal:+.4f}"]
+
+
+def test_a_sum_of_squared_torques_and_forces_is_stated():
+    gait = solve(walk("foot A stick |", transcription=Collocation(intervals=10)))
+    mixed = dataclasses.replace(gait, problem=gait.problem | {"objective_unit": "N^2 m^2 s + N^2 s"})
+    (text,) = (text for name, text in tabulate_planar_gait(mixed) if "adds squares of N m and of N" in text)
+    assert " N^2 m^2 s + N^2 s (adds" in text
+    assert not any("adds squares" in text for _, text in tabulate_planar_gait(gait))
 
 
 @pytest.mark.slow

@@ -116,6 +116,25 @@ def test_a_renamed_column_states_its_unit(tmp_path):
         assert motion.q[0, -1] == pytest.approx(np.deg2rad(8))
 
 
+@pytest.mark.parametrize(
+    ("name", "column", "scale"), [("time", "Zeit", 1), ("time_s", "Zeit_ms", 1e3), ("t", "Zeit", 1)]
+)
+def test_the_column_of_the_time_may_have_another_name(tmp_path, name, column, scale):
+    path = tmp_path / "poses.csv"
+    path.write_text(f"{column},th1_deg,th2_deg\n0,-8,-8\n{0.4 * scale},0,6\n{0.7 * scale},8,8\n")
+    motion = read_motion(path, compass_biped(), columns={name: column})
+    assert motion.time[-1] == pytest.approx(0.7)
+    with pytest.raises(InputError, match=r"no column with the time. .* or --column time=COLUMN"):
+        read_motion(path, compass_biped())
+
+
+def test_the_time_of_a_matlab_file_may_have_another_name(recorded, tmp_path):
+    path = tmp_path / "walk.mat"
+    scipy.io.savemat(path, {"Zeit": recorded.time, "th1": recorded.q[0], "th2": recorded.q[1], "scalar": 3.0})
+    again = read_motion(path, compass_biped(), columns={"time": "Zeit"}, angle_unit="rad")
+    assert again.q == pytest.approx(recorded.q, abs=1e-9)
+
+
 def test_planar_robots_have_lengths_and_angles(tmp_path):
     robot = monopod()
     units = ["mm" if unit == "m" else "deg" for unit in robot.units]

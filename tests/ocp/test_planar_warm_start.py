@@ -3,11 +3,13 @@
 import attrs
 import pytest
 
-from gaitopt import Status
+from gaitopt import Collocation, Status
 from gaitopt.ocp import FromPlanarGait, solve_planar
 from gaitopt.ocp.multicontact import planar_solver
+from gaitopt.ocp.multicontact.early_touchdown import row_of, share_of_clearance
+from gaitopt.ocp.multicontact.planar_plan import sample_phase
 from gaitopt.ocp.multicontact.planar_warm_start import find_warm_start, list_refinements
-from tests.ocp.multicontact_examples import drag, hop, stride
+from tests.ocp.multicontact_examples import drag, hop, stride, walk
 
 PROBLEMS = {"monopod": hop, "slipping double support": drag, "five links": stride}
 
@@ -98,3 +100,29 @@ def test_a_start_that_does_not_converge_is_followed_by_one_from_the_motion(solve
     assert again.status is Status.SOLVED
     assert again.solver.objective == pytest.approx(gait.solver.objective, rel=1e-6)
     assert again.solver.iterations > 2
+
+
+def find_low_foot(transcription, values, x, clearance):
+    """Return the gap of foot B in the middle of the swing if it is less than the clearance."""
+    (phase,), robot = transcription.phases, transcription.structure.robot
+    part, (q, *_) = sample_phase(transcription, phase, x)
+    sample, contact = 2 * part.size // 5, robot.contact_index("foot B")
+    row = row_of(transcription, phase, contact, sample)
+    least = clearance * share_of_clearance(transcription, row)
+    gap = float(robot.gaps(q[:, sample], robot.vector(values))[0][contact])
+    return {row: least} if gap < least - 1e-7 else {}
+
+
+def test_a_gait_without_early_touchdowns_is_found_again_in_one_solve(monkeypatch):
+    """Its bounds against early touchdowns are those of the first solve; without them, it takes two solves."""
+    problem = walk("foot A stick |", transcription=Collocation(intervals=10))
+    free = solve_planar(problem)
+    monkeypatch.setattr("gaitopt.ocp.multicontact.grid_result.find_early_touchdowns", find_low_foot)
+    gait = solve_planar(problem)
+    assert gait.status is free.status is Status.SOLVED
+    assert gait.solver.objective > 1.0001 * free.solver.objective
+    again = solve_planar(problem.replace(guess=FromPlanarGait(gait)))
+    assert again.solver.objective == pytest.approx(gait.solver.objective, rel=1e-8)
+    assert again.solver.iterations <= 5
+    changed = problem.replace(friction=1.01 * problem.friction, guess=FromPlanarGait(gait))
+    assert not find_warm_start(changed).is_same

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from gaitopt import Ipopt, MultipleShooting, Newton, Status, TorqueSquared, solve
+from gaitopt.ocp import PlanarLimits
+from tests.ocp.multicontact_examples import hop
 from tests.references.storage import reference
 
 # Optimal integral of the squared torques, 100 kg in all (legs 40 kg, hip 20 kg), level ground, 0.633 m/s, 0.4713 m,
@@ -61,3 +63,17 @@ def test_coarse_grids_need_no_newton_steps(reference_problem, monkeypatch):
     monkeypatch.setattr(Newton, "minimise", by_newton)
     assert solve(reference_problem(objective="torque_squared", friction=0.2)).status is Status.SOLVED
     assert solves[:2] == [1e-6, "Newton"]
+
+
+@pytest.mark.parametrize(
+    ("limits", "unit"),
+    [
+        ({}, "N^2 m^2 s + N^2 s"),
+        ({"leg": 0}, "N^2 m^2 s"),
+        ({"hip": 0}, "N^2 s"),
+    ],
+)
+def test_squares_of_torques_and_forces_are_added_in_si_units(limits, unit):
+    problem = hop().replace(objective="torque_squared", limits=PlanarLimits(torque=limits))
+    assert problem.describe()["objective_unit"] == unit
+    assert problem.replace(objective="cost_of_transport").describe()["objective_unit"] == "1"

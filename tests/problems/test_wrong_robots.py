@@ -1,12 +1,17 @@
 """A robot with a mistake is refused in a sentence by every verb that would use it."""
 
+import dataclasses
+import math
+
 import casadi as ca
 import pytest
 
 from gaitopt import Collocation, InputError, Parameter
 from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, check_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
+from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarProblem, solve_planar
+from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.stability import PlanarWalkProblem
 
@@ -56,7 +61,7 @@ def test_the_right_robot_passes():
             make_biped({"a": "b", "hip": "-hip"}),
             "the mirror changes .* Contacts with a wrong partner: 'foot a', 'foot b'",
         ),
-        (make_biped({**MIRROR, "hip": "hip"}), "the mirror changes mass matrix, forces, gaps or actuation"),
+        (make_biped({**MIRROR, "hip": "hip"}), "Wrong entries: actuator 'hip', whose sign is reversed in the mirror"),
         (make_biped(leg_mass=0), "the mass matrix is singular; every coordinate needs a mass or an inertia"),
         (
             make_biped(place=lambda hip, foot: foot - hip),
@@ -72,6 +77,21 @@ def test_the_right_robot_passes():
 def test_a_wrong_robot_is_refused(use, robot, message):
     with pytest.raises(InputError, match=message):
         use(robot)
+
+
+def test_straight_legs_without_arming_condition_have_the_remedy():
+    clearance = Conflict(
+        name="clearance", setting="PlanarLimits.clearance", limit=0.0, missing=0.1, sufficient=math.nan, unit="m",
+        separable=True,
+    )  # fmt: skip
+    walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4}
+    problems = [
+        PlanarProblem(robot=make_biped(armed=armed), sequence="foot a stick |", **walk) for armed in (False, True)
+    ]
+    (remark,) = report_unarmed_contacts(problems[0], [clearance])
+    assert remark.startswith("foot b must stay above the ground while free: a foot of a straight leg")
+    assert report_unarmed_contacts(problems[1], [clearance]) == ()
+    assert report_unarmed_contacts(problems[0], [dataclasses.replace(clearance, setting="speed")]) == ()
 
 
 def test_a_stop_on_a_coordinate_that_does_not_exist_is_refused():

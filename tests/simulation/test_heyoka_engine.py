@@ -1,5 +1,7 @@
 """The fast engine against the reference engine: states, times, energies, sequences and stops, on guards and off."""
 
+import os
+import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,6 +17,7 @@ from gaitopt.simulation.closed_loop import ClosedLoop
 from gaitopt.simulation.engine_choice import default_engine, engine_named
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.simulation.scipy_engine import ScipyEngine
+from gaitopt.simulation.taylor import expression_conversion
 from gaitopt.simulation.taylor.compiled_programs import program_with_events
 from gaitopt.simulation.taylor.expression_conversion import convert, heyoka_module
 from gaitopt.simulation.taylor.heyoka_engine import HeyokaEngine
@@ -460,6 +463,31 @@ def test_a_law_that_heyoka_cannot_follow_is_left_to_the_reference_engine():
     law = law_of(lambda clock, q, v: ca.vertcat(ca.fabs(v[2]), 0))
     assert (default_engine(law).name, engine_named("auto", law).name) == ("scipy", "scipy")
     assert simulate(COMPASS, GAIT_A[:4], GAIT_A[4:], DOWNHILL, law=law).engine == "scipy"
+
+
+def test_a_heyoka_that_cannot_be_imported_is_reported_once_and_not_used(monkeypatch, caplog):
+    def refuse():
+        raise InputError("The package heyoka is installed but cannot be imported: libheyoka.so is missing.")
+
+    monkeypatch.setattr(expression_conversion, "heyoka_module", refuse)
+    engine_choice._imports_heyoka.cache_clear()
+    try:
+        assert (default_engine().name, engine_named("auto").name) == ("scipy", "scipy")
+        messages = [record.getMessage() for record in caplog.records]
+        assert len(messages) == 1
+        assert "libheyoka.so is missing. The engine scipy is used" in messages[0]
+    finally:
+        engine_choice._imports_heyoka.cache_clear()
+
+
+def test_a_broken_package_heyoka_is_named(tmp_path):
+    (tmp_path / "heyoka.py").write_text("raise ImportError('libheyoka.so is missing')")
+    code = "from gaitopt.simulation.engine_choice import engine_named as make; print(make().name); make('heyoka')"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert run.stdout == "scipy\n"
+    assert run.stderr.startswith("The package heyoka is installed but cannot be imported: libheyoka.so is missing. The")
+    assert "InputError: The package heyoka is installed but cannot be imported: libheyoka" in run.stderr
 
 
 def test_without_heyoka_the_reference_engine_runs(monkeypatch):

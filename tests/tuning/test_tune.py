@@ -16,6 +16,7 @@ from gaitopt import (
     Stop,
     assess_stability,
     compass_biped,
+    feedforward,
     joint_pd,
     simulate,
     tune_feedback,
@@ -83,6 +84,14 @@ def test_the_verified_radius_is_one_from_which_walks_return(slipping, tuned):
         stays = walk.stop is Stop.STEPS_DONE
         assert stays == (abs(push) == inside)
         assert not stays or walk.motion.jumps[-1].v_next == pytest.approx(first.v[:, 0], abs=1e-4)
+
+
+def test_gains_at_bounds_of_the_search_are_named(tuned):
+    assert set(tuned.bounds) == set(tuned.gains)
+    upper = {name: (0.0, value) for name, value in tuned.gains.items()}
+    assert set(dataclasses.replace(tuned, bounds=upper).at_bounds.values()) == {"upper"}
+    wide = {name: (value - 1, value + 1) for name, value in tuned.gains.items()}
+    assert dataclasses.replace(tuned, bounds=wide).at_bounds == {}
 
 
 def test_same_seed_same_gains(slipping, design, tuned):
@@ -210,3 +219,9 @@ def test_a_tuning_is_shown_in_a_line(tuned):
     many = dataclasses.replace(tuned, gains={f"actuator_{k}_stiffness": 1 / 3 for k in range(50)})
     assert len(repr(tuned)) < len(repr(many)) < 300
     assert "np.float64" not in repr(tuned)
+
+
+def test_a_law_without_gains_is_refused(slipping):
+    family = ControllerFamily.from_law(feedforward(slipping.robot, slipping.motion))
+    with pytest.raises(InputError, match="has no gains to tune: name rows of its table"):
+        tune_feedback(slipping, family)

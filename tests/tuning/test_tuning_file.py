@@ -67,3 +67,54 @@ def test_the_family_of_a_law_has_its_gains(slipping):
         ("hip_stiffness", 0.0, 20.0, 60.0),
     ]
     assert design.law({"hip_stiffness": 5.0}).gain_values["hip_stiffness"] == 5.0
+
+
+SPRING = """
+from gaitopt import joint_pd
+
+
+def spring(robot, motion, torque_limit):
+    return joint_pd(robot, motion, stiffness=20.0, damping=4.0, torque_limit=torque_limit)
+
+
+def two_arguments(robot, motion):
+    return spring(robot, motion, 8.0)
+"""
+
+
+@pytest.fixture
+def file_of_script(slipping, tmp_path):
+    law = joint_pd(compass_biped(), slipping.motion, stiffness=20.0, damping=4.0, torque_limit=8.0)
+
+    def save_with_name(name):
+        family = ControllerFamily.from_law(law, name=name)
+        search, test = GainSearchOptions(samples=0, starts=1, evaluations=1), PushTest(starts=1, resolution=0.9)
+        return save_tuning(tune_feedback(slipping, family, search=search, test=test), tmp_path / "gains.json")
+
+    return save_with_name
+
+
+def test_the_law_of_a_script_is_made_by_its_function(slipping, tmp_path, file_of_script, monkeypatch):
+    (tmp_path / "mylaw.py").write_text(SPRING)
+    tuned = load_tuning(file_of_script(f"{tmp_path / 'mylaw.py'}:spring"))
+    monkeypatch.chdir(tmp_path.parent)
+    law = tuned.law(compass_biped(), slipping.motion)
+    assert law.gain_values == pytest.approx(dict(tuned.gains))
+    (tmp_path / "mylaw.py").unlink()
+    with pytest.raises(InputError, match=r"mylaw\.py, which is missing; pass its family .*family=ControllerFamily"):
+        tuned.law(compass_biped(), slipping.motion)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("mylaw.py:two_arguments", r"two_arguments is not the function of a law, its arguments are \(robot, motion\)"),
+        ("mylaw.py:sprng", "has no function sprng. Did you mean 'spring'"),
+        ("my spring", r"'my spring' was tuned in Python; pass its family .*family=ControllerFamily\.from_law"),
+    ],
+)
+def test_a_custom_law_that_is_not_found_states_the_remedy(slipping, tmp_path, file_of_script, name, message):
+    (tmp_path / "mylaw.py").write_text(SPRING)
+    tuned = load_tuning(file_of_script(str(tmp_path / name) if ".py" in name else name))
+    with pytest.raises(InputError, match=message):
+        tuned.law(compass_biped(), slipping.motion)

@@ -127,7 +127,11 @@ def check_planar(
         )
     worst = np.max(np.array(rows), axis=0).tolist()
     least, energy, contacts, travel, mirror = worst
-    faults = (*_faults(robot, worst, _describe_misfit(robot, q, p)), *_release_faults(robot), *_arming_faults(robot, p))
+    faults = (
+        *_faults(robot, worst, _describe_misfit(robot, q, v, p)),
+        *_release_faults(robot),
+        *_arming_faults(robot, p),
+    )
     if -least > 1e-14:
         faults += describe_detached_contacts(robot, q, p)
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
@@ -149,14 +153,31 @@ def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
         raise InputError(" ".join(check.faults))
 
 
-def _describe_misfit(robot: PlanarRobot, q: Vector, p: Vector) -> str:
-    """Return the contacts that the mirror does not move to their partners, as the end of a sentence."""
+def _describe_misfit(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> str:
+    """Return the contacts and actuators that the mirror does not move to their partners, as the end of a sentence."""
     if robot.mirror is None:
         return ""
     gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, robot.mirror.coordinates @ q))
     wrong = np.abs(mirrored - gaps[list(robot.mirror.contacts)]) > DIFFERENCED
     names = [repr(name) for name, is_wrong in zip(robot.contact_names, wrong, strict=True) if is_wrong]
-    return f" Contacts with a wrong partner: {', '.join(names)}." if names else ""
+    if names:
+        return f" Contacts with a wrong partner: {', '.join(names)}."
+    actuators = _find_unfit_actuators(robot, robot.mirror, q, v, p)
+    return f" Wrong entries: {', '.join(actuators)}." if actuators else ""
+
+
+def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
+    """Return the actuators whose torque the mirror does not exchange, with a hint on the sign."""
+    coordinates = mirror.coordinates
+    actual = _evaluate(robot.dynamics, coordinates @ q, coordinates @ v, p)[2]
+    expected = coordinates @ _evaluate(robot.dynamics, q, v, p)[2] @ mirror.actuators.T
+    hints = []
+    for number, name in enumerate(robot.actuators):
+        one, other = actual[:, number], expected[:, number]
+        if np.max(np.abs(one - other), initial=0.0) > EXACT * (1 + np.max(np.abs(one), initial=0.0)):
+            reversed_sign = np.max(np.abs(one + other), initial=0.0) < EXACT * (1 + np.max(np.abs(one), initial=0.0))
+            hints.append(f"actuator {name!r}" + (", whose sign is reversed in the mirror" if reversed_sign else ""))
+    return hints
 
 
 def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:

@@ -18,6 +18,7 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits, typical_planar_sizes
+from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
@@ -218,6 +219,7 @@ def conclude_planar_failure(
         message="no gait found near the start: the least excess over the limits is not zero"
         + _list_insufficient(elastic.insufficient),
         conflicts=conflicts,
+        warnings=failure.solver.warnings + report_unarmed_contacts(problem, conflicts),
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)

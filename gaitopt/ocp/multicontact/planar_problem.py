@@ -17,6 +17,7 @@ from gaitopt.ocp.multicontact.actuator_impulse import (
     check_impulses,
     list_impulse_entries,
 )
+from gaitopt.ocp.multicontact.objective_unit import find_objective_unit
 from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
 from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
 from gaitopt.ocp.provenance import plain_fields
@@ -221,6 +222,13 @@ class PlanarProblem:
         """Bounds of the travel in a period [m]."""
         return Range.of(self.step_length, "step_length", "m")
 
+    @property
+    def objective_unit(self) -> str:
+        """Unit of the objective; torques and forces of actuators that have any are added in SI units."""
+        limits = self.limits.torques(self.robot.actuators)
+        units = [unit for unit, limit in zip(self.robot.actuator_units, limits, strict=True) if limit]
+        return find_objective_unit(self.objective, units)
+
     def describe(self) -> dict[str, Any]:
         """Return the fully resolved problem as plain data (SI units)."""
         robot, limits = self.robot, self.limits
@@ -230,7 +238,7 @@ class PlanarProblem:
             "sequence": str(self.sequence),
             "events": [" & ".join(self.sequence.describe_event(robot, i)) for i in range(len(self.sequence.phases))],
             "objective": self.objective.name,
-            "objective_unit": self.objective.unit,
+            "objective_unit": self.objective_unit,
             **self.values,
             "free": {name: list(ends) for name, ends in self.free.items()},
             "speed": self.speed,

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, Penetration
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
@@ -157,6 +159,26 @@ def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:
     durations, number = x[transcription.variables[Unknown.DURATION][0]], place.phase or 0
     part = (place.node or 0) + float(transcription.structure.scheme.fractions[key.inner])
     return float(durations[:number].sum() + durations[number] * part / transcription.phases[number].count)
+
+
+def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
+    """Return a remedy if no gait keeps the clearance of contacts without arming condition; straight legs cannot."""
+    if not any(conflict.setting == "PlanarLimits.clearance" for conflict in conflicts):
+        return ()
+    states = problem.sequence.states(problem.robot)
+    names = [
+        contact.name
+        for contact in problem.robot.contacts
+        if contact.kind != "stop" and not (contact.falls or contact.conditional)
+        if any(state.mode(contact.name) is Mode.FREE for state in states)
+    ]
+    if not names:
+        return ()
+    return (
+        f"{', '.join(names)} must stay above the ground while free: a foot of a straight leg, which swings through the "
+        "ground, needs a condition under which it may close, such as PointContact(..., armed=angle ahead of the other "
+        "leg).",
+    )
 
 
 def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:

@@ -31,7 +31,12 @@ from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
-from gaitopt.ocp.multicontact.planar_warm_start import PlanarWarmStart, find_warm_start, list_refinements
+from gaitopt.ocp.multicontact.planar_warm_start import (
+    PlanarWarmStart,
+    find_raised_rows,
+    find_warm_start,
+    list_refinements,
+)
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
@@ -212,9 +217,13 @@ class _Start:
         """Return the final solution that starts from all unknowns and multipliers of a gait; None if none exists."""
         methods = list(list_refinements(problem))[nearby.number :]
         grid = problem.replace(transcription=methods[0])
-        point = nearby.fill(self.transcribe(grid))
+        transcription = self.transcribe(grid)
+        point = nearby.fill(transcription)
         if point is None:
             return None
+        if nearby.is_same:
+            bounds, clearance = planar_bounds(transcription, grid), grid.limits.clearance
+            self.raised[transcription] = find_raised_rows(transcription, bounds, point[1][1], clearance)
         result = self.solve(grid, point[0], is_near=True, multipliers=point[1], limit=MOST_NEARBY)
         if result.outcome.status.ok:
             result = _finish(self, result, methods[1:])

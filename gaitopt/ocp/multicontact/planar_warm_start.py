@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from attrs import evolve
@@ -10,9 +11,13 @@ from attrs import evolve
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.summary import plain
+from gaitopt.ocp.multicontact.early_touchdown import share_of_clearance
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
+from gaitopt.ocp.nlp.bound_vectors import Bounds
+from gaitopt.ocp.nlp.keys import Kind
 from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.statement.limits import Range
 from gaitopt.ocp.transcription.collocation import Collocation
@@ -24,6 +29,10 @@ NEARBY = 0.1
 """Largest relative difference of a parameter or target from that of the gait; farther away, the active constraints
 differ so much that its multipliers mislead the solver."""
 
+ACTIVE = 1e-6
+"""Multiplier, relative to the largest one, above which a bound is active."""
+_GRID_AND_GUESS = ("guess", "script", "intervals", "transcription", "objective_unit")
+
 
 @dataclass(frozen=True, eq=False)
 class PlanarWarmStart:
@@ -34,10 +43,13 @@ class PlanarWarmStart:
     solution : Solution
     number : int
         Place of the grid of the gait among the grids of the refinement, counted from 0.
+    is_same : bool
+        Whether the gait solves this very problem.
     """
 
     solution: Solution
     number: int
+    is_same: bool = False
 
     def fill(self, transcription: PlanarTranscription) -> tuple[Array, tuple[Array, Array]] | None:
         """Return the unknowns and multipliers of an NLP, or None if the gait does not have all of them."""
@@ -51,6 +63,32 @@ class PlanarWarmStart:
         for table, index in constraints.tables.items():
             on_rows[index] = self.solution.constraints[constraints.names[table]].multipliers
         return x, (on_bounds, on_rows)
+
+
+def find_raised_rows(
+    transcription: PlanarTranscription, bounds: Bounds, multipliers: Array, clearance: float
+) -> dict[int, float]:
+    """Return the rows of gaps that were bounded to exclude early touchdowns of a gait, with their bounds [m].
+
+    Such a row has a multiplier in the gait, but no bound in the problem.  Without the bound, the solve would leave the
+    gait and find it again in a second solve.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    bounds : Bounds
+        Bounds of the problem.
+    multipliers : (n_constraints,) array
+        Multipliers of the rows in the gait.
+    clearance : float [m]
+    """
+    unbounded = np.isneginf(bounds.g_lower) & np.isposinf(bounds.g_upper)
+    active = np.abs(multipliers) > ACTIVE * np.abs(multipliers).max(initial=0.0)
+    return {
+        row: clearance * share_of_clearance(transcription, row)
+        for row in np.flatnonzero(unbounded & active).tolist()
+        if transcription.constraints.entries[row][1].kind is Kind.GAP
+    }
 
 
 def list_refinements(problem: PlanarProblem) -> Iterator[Collocation]:
@@ -76,7 +114,7 @@ def find_warm_start(problem: PlanarProblem) -> PlanarWarmStart | None:
         return None
     for number, method in enumerate(list_refinements(problem)):
         if method.name == described.get("transcription") and method.intervals == tuple(solution.intervals):
-            return PlanarWarmStart(solution, number)
+            return PlanarWarmStart(solution, number, _is_same(problem, described))
     return None
 
 
@@ -92,6 +130,13 @@ def _is_near(problem: PlanarProblem, gait: PlanarGait) -> bool:
         return False
     targets = ((gait.speed, problem.speed_range), (gait.step_length, problem.step_length_range))
     return problem.robot.travel is None or all(_is_within(value, ends) for value, ends in targets)
+
+
+def _is_same(problem: PlanarProblem, described: Mapping[str, Any]) -> bool:
+    """Return whether a problem is that of a gait, apart from its guess and its grid."""
+    stated = {name: value for name, value in plain(problem.describe()).items() if name not in _GRID_AND_GUESS}
+    known = plain(dict(described))
+    return all(known.get(name) == value for name, value in stated.items())
 
 
 def _is_within(value: float, ends: Range) -> bool:

@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import Any
 
 import casadi as ca
@@ -23,7 +24,9 @@ def heyoka_module() -> Any:
     """Return heyoka, imported at the first call."""
     try:
         import heyoka
-    except ImportError:
+    except ImportError as error:
+        if find_spec("heyoka"):
+            raise InputError(f"The package heyoka is installed but cannot be imported: {error}.") from None
         raise InputError("The heyoka engine requires the package heyoka: pip install 'gaitopt[fast]'.") from None
     heyoka.set_logger_level_error()  # suppresses warnings of failed steps, which the engine reports itself
     return heyoka

@@ -3,7 +3,7 @@
 from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.errors import InputError
+from gaitopt.errors import NoGaitError
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
@@ -55,7 +55,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     first = gait.motion.segments[0]
     cycle = find_cycle_from(automaton, first.q[:, 0].copy(), first.v[:, 0].copy(), law.section, tolerance=PLANNED)
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:
-        raise InputError(
+        raise NoGaitError(
             f"No periodic gait of {gait.robot.name!r} under the law {law.name!r} was found near the planned one; check "
             "the gait with verify_planar. If the trailing foot receives no impulse at the landing, such a gait may not "
             "exist: plan the gait with PlanarLimits(impulse=...) above 0."

@@ -99,7 +99,9 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     make = planar_dataset if isinstance(findings.grid.problem, PlanarProblem) else _single_support_dataset
     table = make(findings)
     table["lowest_sequence"] = find_lowest_sequences(findings.grid, findings.found)
-    table["objective"].attrs["units"] = findings.grid.problem.objective.unit or "1"
+    problem = findings.grid.problem
+    unit = problem.objective_unit if isinstance(problem, PlanarProblem) else problem.objective.unit
+    table["objective"].attrs |= {"units": unit or "1", "name": problem.objective.name}
     return table.assign(findings.columns)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import GaitoptError, InputError, NoGaitError
 from gaitopt.motion.atomic import check_writable
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.parallel.execution import Execution
@@ -211,7 +211,7 @@ class Pareto:
         for name in (COST, quantity.name):
             gait = kept[f"end-{name}"]
             if not gait.status.ok:
-                raise InputError(f"No gait was found at the end of the front with the best {name}: {gait.status.hint}")
+                raise NoGaitError(f"No gait was found at the end of the front with the best {name}: {gait.status.hint}")
             values.append(quantity.read(gait))
         return space_bounds(quantity, values[0], values[1], self.points)
 
