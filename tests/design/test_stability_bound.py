@@ -271,6 +271,7 @@ def test_the_conditions_hold_if_and_only_if_all_zeros_are_in_the_circle(rng):
         ({"stability": 0.5}, "stability must be a StabilityBound"),
         ({"stability": StabilityBound(radius=0.5), "transcription": MultipleShooting()}, r"Collocation\(\)"),
         ({"stability": StabilityBound(radius=0.5), "sequence": "slip+ | slip+"}, "in which the foot sticks"),
+        ({"stability": StabilityBound(radius=0.5), "sequence": "slip+ stick slip- | slip+"}, "last phase that sticks"),
         ({"stability": StabilityBound(radius=0.5), "sequence": "any | any"}, "closed|any"),
     ],
 )

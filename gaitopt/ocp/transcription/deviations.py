@@ -86,11 +86,15 @@ def section_names(robot: Robot, sequence: ContactSequence) -> SectionNames:
     Raises
     ------
     InputError
-        If the foot never sticks, or the gait has too many multipliers.
+        If the foot never sticks, or slips until an impact that slips, or the gait has too many multipliers.
     """
     sliding = sequence.impact.slips
     if all(mode.slips for mode in sequence.phases):
         raise InputError(f"StabilityBound needs a phase in which the foot sticks, got the sequence '{sequence}'.")
+    if sliding and sequence.phases[-1].slips:  # the foot speed before the impact would add a multiplier
+        raise InputError(
+            f"StabilityBound needs a last phase that sticks if the impact slips, got the sequence '{sequence}'."
+        )
     names = SectionNames(robot.angles, dependent_coordinate(robot), sliding, int(sliding))
     count = len(names.names) - names.vanishing
     if count > MOST_MULTIPLIERS:
