@@ -147,7 +147,7 @@ def solve(
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
-def _state_failure(gait: Gait | PlanarGait) -> str:
+def _state_failure(gait: "Gait | PlanarGait") -> str:
     """Return the status of a gait that is not a verified solution, with the reason, in one line."""
     from gaitopt.study.storage.failure_reason import explain_failure
 

@@ -27,6 +27,7 @@ from gaitopt.ocp.bounds import nlp_data, transcribe_problem
 from gaitopt.ocp.initial.deviation_start import solve_deviations, spectral_radius
 from gaitopt.ocp.initial.solution_transfer import transfer_solution
 from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.solution import infeasibility
 from gaitopt.ocp.solution.radius_conflict import report_radius_conflict
 from gaitopt.ocp.transcription.deviations import section_names
 from gaitopt.ocp.transcription.radius_condition import MARGIN, characteristic_coefficients, jury_conditions
@@ -108,7 +109,7 @@ def test_an_interrupt_of_the_approach_ends_the_solve(monkeypatch):
     problem = problem.replace(stability=StabilityBound(radius=0.2), guess=WarmStart(gait))
     failure = gait.with_failure(Status.INFEASIBLE, "stopped")
     monkeypatch.setattr(solver, "solve_from_starts", lambda *_, **__: [failure])
-    monkeypatch.setattr(solver, "conclude_failure", lambda *_: pytest.fail("the solve continues"))
+    monkeypatch.setattr(infeasibility, "conclude_failure", lambda *_: pytest.fail("the solve continues"))
 
     def interrupt(_):
         raise KeyboardInterrupt

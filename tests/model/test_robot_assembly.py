@@ -106,7 +106,7 @@ def test_relabelling_must_be_linear():
 
 
 def test_relabelling_must_be_invertible():
-    with pytest.raises(InputError, match=r"'rod'.*not invertible"):
+    with pytest.raises(InputError, match=r"'rod'.*must be invertible"):
         rod(relabel=lambda th: 0 * th)
 
 

@@ -74,7 +74,7 @@ def test_the_design_is_in_file_table_and_json(gait, tmp_path):
     assert again.problem["free"] == {"leg_com": [0.4, 1.2], "hip_mass": [1.0, 3.0]}
     assert verify(again).verification.passed
     assert summarise(again)["design"] == gait.design
-    assert dict(tabulate_gait(again))["design"].endswith("hip_mass 3 (1 to 3)")
+    assert dict(tabulate_gait(again))["design"].endswith("hip_mass 3 (1 to 3) [SI units, rad]")
 
 
 def test_a_gait_of_an_older_file_has_no_design(slip_gait):

@@ -15,7 +15,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import OUTPUTS, IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
-from gaitopt.ocp.solution import grid_solve, trajectory
+from gaitopt.ocp.solution import grid_solve, infeasibility, trajectory
 from gaitopt.ocp.solution.diagnosis import report_inaccuracies, violations
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.problem_checks import report_clipped_guess, report_poor_scaling
@@ -140,7 +140,7 @@ def test_a_start_whose_cost_is_nan_is_not_the_cheapest(quick, monkeypatch, nan_f
     costs = [math.nan, 1.0] if nan_first else [1.0, math.nan]
     found = [replace(gait, solver=replace(gait.solver, objective=cost)) for cost in costs]
     monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_, **__: found)
-    monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
+    monkeypatch.setattr(infeasibility, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick, starts=2).solver.objective == 1.0
 
 
@@ -152,7 +152,7 @@ def test_a_failure_whose_violation_is_nan_is_not_the_nearest(quick, monkeypatch,
     found = iter([replace(gait, solver=replace(gait.solver, constraint_violation=size)) for size in sizes])
     monkeypatch.setattr(solver_module, "solve_from_starts", lambda *_, **__: [next(found)])
     monkeypatch.setattr(solver_module, "solve_from_start", lambda *_: next(found))
-    monkeypatch.setattr(solver_module, "conclude_failure", lambda problem, failure, *_: failure)
+    monkeypatch.setattr(infeasibility, "conclude_failure", lambda problem, failure, *_: failure)
     assert solve(quick).solver.constraint_violation == 1.0
 
 

@@ -166,7 +166,7 @@ def test_the_design_and_the_certificate_are_in_file_table_and_json(gait, tmp_pat
     assert summary["design"] == gait.design
     assert summary["certificate"]["sensitivities"][0]["name"] == "step_length"
     table = dict(tabulate_gait(again))
-    assert table["design"].endswith("hip_mass 3 (1 to 3)")
+    assert table["design"].endswith("hip_mass 3 (1 to 3) [SI units, rad]")
     assert table["optimum"].startswith("strict local minimum")
     assert "also over" in str(PROBLEM)
 

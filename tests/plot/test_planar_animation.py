@@ -13,7 +13,7 @@ from gaitopt.model.robots.spoked_wheel import spoked_wheel
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.motion.force_scale import LONGEST_FORCE, force_scale
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.insets import FootGlass, ForceDiagram, choose_foot
+from gaitopt.plot.insets import EnlargedFoot, ForceDiagram, choose_foot
 from gaitopt.plot.scene import Scene
 from gaitopt.plot.stage import draw_pictures
 from gaitopt.plot.style import leg_color
@@ -97,7 +97,7 @@ def test_a_hop_is_animated(hop_gait, tmp_path, suffix):
 def test_the_enlarged_foot_is_omitted_if_no_foot_slides(hop_gait, both_feet):
     for motion, shown in ((hop_gait.motion, False), (both_feet, True)):
         film = AnimationFrames(motion, steps=1, rate=5, slow=1.0)
-        with patch("gaitopt.plot.stage.FootGlass", wraps=FootGlass) as glass:
+        with patch("gaitopt.plot.stage.EnlargedFoot", wraps=EnlargedFoot) as glass:
             next(draw_pictures(None, film))
         assert glass.called is shown
 

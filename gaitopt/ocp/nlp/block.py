@@ -86,11 +86,8 @@ class Block:
         return [self.variables, *(part for part in (self.symbols, self.numbers) if part.numel())]
 
     def merge_subexpressions(self) -> "Block":
-        """Return the block with common subexpressions merged, before its derivatives are built.
-
-        For a block with a single instance, the search would take longer than all evaluations save.
-        """
-        if self.merged or self.columns.shape[1] == 1:
+        """Return the block with common subexpressions merged, before its derivatives are built."""
+        if self.merged:
             return self
         names = ("constraints", "cost", "penalty", "definitions")
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
@@ -226,7 +223,7 @@ def join_single_blocks(blocks: Sequence[Block]) -> list[Block]:
         parts = [part for block in single if (part := getattr(block, name)) is not None]
         sums[name] = sum(parts, ca.SX(0)) if parts else None
     others = [block for block in blocks if block.columns.shape[1] > 1]
-    return [*others, Block(name="single", **stacked, **joined, **sums)]
+    return [*others, Block(name="single", **stacked, **joined, **sums, merged=all(b.merged for b in single))]
 
 
 class _Expressions:

@@ -80,7 +80,7 @@ def touchdown_block(
     )
     rows = builder.rows.add(Group.TOUCHDOWN, _table(robot, law + transition_rows), [TOUCHDOWN])
     cost = boundary_cost(builder, dynamics, step, p) + peak_cost(builder, local)
-    return local.block("touchdown", constraints, rows, cost, penalty)
+    return local.block("touchdown", constraints, rows, cost, penalty, merged=True)
 
 
 def _boundary(

@@ -228,4 +228,4 @@ def quotient_block(builder: NlpBuilder, dynamics: PhaseDynamics) -> Block:
     integral = local.add("integral", builder.variables[Unknown.INTEGRAL])
     travel = local.add("travel", builder.variables[Unknown.TRAVEL])
     cost = integral / (dynamics.weight(p) * travel)
-    return local.block("quotient", -integral, np.array([[builder.integral_row()]]), cost)
+    return local.block("quotient", -integral, np.array([[builder.integral_row()]]), cost, merged=True)

@@ -273,7 +273,7 @@ def _end_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, node
         equations.add(*peak_rows(builder, local, factory.make(last, power, rate)))
     rows = builder.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
     rows = equations.separate_rows(rows, nodes.rows)
-    return [local.block(f"end_{phase.number}", equations.values, rows)] if rows.size else []
+    return [local.block(f"end_{phase.number}", equations.values, rows, merged=True)] if rows.size else []
 
 
 def _start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:
@@ -287,7 +287,7 @@ def _start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) ->
     contact = contact._replace(excess=dynamics.excess_at_rest(first.state, first.torque, p, _cone_margin(builder)))
     table, values = condition_rows(_departure(builder, phase, contact))
     rows = builder.rows.add((Group.START, phase.number), table, [phase.place(0)])
-    return [local.block(f"start_{phase.number}", values, rows)]
+    return [local.block(f"start_{phase.number}", values, rows, merged=True)]
 
 
 def _departure(builder: NlpBuilder, phase: Phase, contact: ContactQuantities) -> list[NodeCondition]:
@@ -305,7 +305,7 @@ def last_power_block(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics)
     power = dynamics.power(last.state, last.torque, p)[list(builder.powered)]
     table, value = _power_split(builder, power, local.add("split", builder.variables[Unknown.POWER][:, [node]]))
     rows = builder.rows.add(Group.LAST_POWER, table, [phase.place(phase.count)])
-    return local.block("last_power", value, rows)
+    return local.block("last_power", value, rows, merged=True)
 
 
 def point_at(
