@@ -130,7 +130,6 @@ def test_a_changed_state_stands_on_the_foot(capsys):
         (["--engine", "heyoca"], "There is no engine 'heyoca'. Did you mean 'heyoka'"),
         (["--steps", "0"], "'--steps'"),
         (["-o", "missing/walk.png"], "missing"),
-        (["--set", "slope=-3"], "No periodic gait was found"),
     ],
 )
 def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, sentence, tmp_path, monkeypatch):
@@ -138,6 +137,13 @@ def test_wrong_options_of_a_simulation_are_refused_in_a_sentence(capsys, words, 
     status, printed = run(capsys, "simulate", KNEED, *words)
     assert status == 2
     assert sentence in " ".join(printed.err.split())
+
+
+def test_a_simulation_without_a_gait_has_the_status_of_a_failure(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = run(capsys, "simulate", KNEED, "--set", "slope=-3")
+    assert status == 1
+    assert "No periodic gait was found" in printed.err
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
 def reaches(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]], step: float) -> bool:
     """Return whether a step [m] is possible with angles within their bounds [rad]; see :func:`find_longest_reach`."""
     p, box = tuple(robot.vector(values)), tuple(limits)
-    # The pose at touchdown is the start of most guesses.  Without travel, uneven ground has no slope between footprints.
+    # The pose at touchdown is the start of most guesses; uneven ground has no slope between footprints without travel.
     pose = _pose_by_newton(robot, p, step) if step > 0 else None
     if pose is not None and all(lower <= angle <= upper for angle, (lower, upper) in zip(pose, box, strict=True)):
         return True
