@@ -304,7 +304,11 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
-        raise InputError(f"{script.path} returns a {kind}, not a WalkProblem; solve it first and name the gait file.")
+        verb = "design" if kind in ("Family", "RobustProblem") else "solve"
+        raise InputError(
+            f"{script.path} returns a {kind}, not a WalkProblem; run 'gaitopt {verb} {script.path}' first and name the "
+            "gait file."
+        )
     return problem
 
 

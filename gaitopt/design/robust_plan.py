@@ -96,9 +96,10 @@ class RobustPlan:
         if not others:
             return ""
         kind = "slipping gait" if slips else "gait"
+        larger = float(f"{2 * self.violated.distance:.0e}")
         return (
             f"The periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
-            "plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance=1e-2)."
+            f"plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance={larger:g})."
         )
 
     def describe(self) -> dict[str, Any]:

@@ -168,7 +168,7 @@ def test_run_a_study(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["stability", "problems/compass_slip.py"], "solve it first"),
+        (["stability", "problems/compass_slip.py"], "run 'gaitopt solve problems/compass_slip.py' first"),
         (["solve", WHEEL], "gaitopt stability"),
         (["stability", WHEEL, "--engine", "heyoca"], "Did you mean 'heyoka'"),
         (["stability", WHEEL, "--set", "spokes=2"], "spokes must be at least 3"),

@@ -107,6 +107,8 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     assert "worst: hip_mass " in str(plan)
     assert str(plan).endswith(" from the plan after 3 steps (tolerance 0.0001)")
     assert plan.advice.startswith("The periodic motion of a gait depends on hip_mass, so the walk does not return")
+    stated = float(plan.advice.rpartition("tolerance=")[2].rstrip(")."))
+    assert plan.violated.distance < stated < 3 * plan.violated.distance
     test = check_scenarios(plan.gait, plan.law, heavy, count=2)
     assert str(test) == f"maintained in {test.survived} of 2 scenarios"
 

@@ -3,12 +3,15 @@
 import runpy
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from gaitopt import InputError, load
 from gaitopt.cli.planar_law_option import PlanarLawOption
 from gaitopt.cli.script_law import custom_design
+from gaitopt.control import define_law
+from gaitopt.stability import assess_planar
 from gaitopt.tuning import load_tuning
 
 GAIT = Path("docs/examples/heel_toe.h5").resolve()
@@ -162,6 +165,16 @@ def test_other_forms_get_a_sentence(script, command, function, message):
         PlanarLawOption(f"mine.py:{function}", [], None, False).make(load(GAIT))
     done = command("stability", GAIT, "--law", f"mine.py:{function}")
     assert (done.status, done.out) == (2, "")
+
+
+def test_a_torque_that_is_not_finite_is_reported():
+    @define_law
+    def bounded(state, plan, width=0.1):
+        return {"motor": plan.torque["motor"] + width * ca.tanh((state.q["b"] - plan.q["b"]) / width)}
+
+    gait = load(GAIT)
+    with pytest.raises(InputError, match="divisions by zero, also by a gain that is zero"):
+        assess_planar(gait, bounded(gait.robot, gait, width=0.0))
 
 
 def test_a_law_has_the_coordinates_and_actuators_of_its_robot(script):

@@ -277,6 +277,11 @@ def _cycle(automaton: PlanarAutomaton, rollout: PlanarRollout, section: str, lin
     robot, start, end = automaton.robot, rollout.start, rollout.end
     if start is None or end is None:
         raise ValueError("a period has a start and an end")
+    if not np.all(np.isfinite(linear.derivative)):
+        raise InputError(
+            "The derivative of the return map is not finite: a torque of the law is undefined in a state of the gait. "
+            "Check the law for divisions by zero, also by a gain that is zero."
+        )
     eigenvalues = np.linalg.eigvals(linear.derivative).astype(complex)
     along = None if robot.travel is None else robot.coordinates.index(robot.travel)
     return PlanarCycle(
