@@ -161,10 +161,9 @@ class Mechanics:
         return forces + self.resistance
 
     def momentum_change(self, before: ca.SX, after: ca.SX) -> ca.SX:
-        """Return M w - M v for rates v and w, shape (n_q, 1), without the mass matrix, as in :meth:`require`."""
-        rates = (self.inertia * ca.jtimes(self.entries, self._q, part) for part in (after, before))
-        last, first = (ca.jtimes(self.entries, self._q, part, True) for part in rates)
-        return last - first
+        """Return M (w - v) for rates v and w, shape (n_q, 1), without the mass matrix, as in :meth:`require`."""
+        change = ca.jtimes(self.entries, self._q, before - after)
+        return -ca.jtimes(self.entries, self._q, self.inertia * change, True)
 
     @cached_property
     def mass_matrix(self) -> ca.SX:
