@@ -93,7 +93,7 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
     for step in range(1, steps + 1):
         following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).walk_step(state).following
         if following is None:
-            ended = f"{LABEL.get(name, name)} {'on the patch' if patch else 'after the push'} in step {step}"
+            ended = f"{LABEL.get(name, name)}, step {step} {'of the walk over the patch' if patch else 'after the push'}"
             break
         state = following
         values.append(np.max(np.abs(state - reference)[2:]))
@@ -114,7 +114,7 @@ def _remarks(closed_loops, work, sizes, ends):
         f"joint work of ten steps differs by {100 * least:+.1f} to {100 * most:+.1f} % from that of ten steps of the "
         "gait."
     )
-    yield f"A cross marks a walk that ends early: {'; '.join(ends)}." if ends else "No walk ends early."
+    yield f"A cross marks the step in which a walk ends early: {'; '.join(ends)}." if ends else "No walk ends early."
 
 
 if __name__ == "__main__":

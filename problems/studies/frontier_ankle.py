@@ -1,4 +1,4 @@
-"""Benefit of ankle and hip motors: cost of transport over the torque limit of the ankle, and with one motor over speed.
+"""Benefit of ankle and hip motors: cost of transport over the torque limit of the ankle, and over speed with one motor.
 
 Left: the torque limit of the ankle is reduced step by step, each gait warm-started from the previous one, down to the
 lowest limit for which a gait of this speed and step length was found; the limit of the hip is 30 N m. Right: the foot

@@ -1,7 +1,7 @@
 """Laws of robots with several contacts as functions of a phase variable instead of the time since the section.
 
 A period is divided into stretches with one phase variable each: the phases between two impacts that share a stance
-contact, and the flights.  In flight no stance contact exists; the phase variable is the velocity of the center of mass
+contact, and the flights.  In flight no stance contact exists; the phase variable is the velocity of the centre of mass
 towards the ground there, which grows at the constant rate g cos(slope) in every flight.
 """
 
@@ -56,7 +56,7 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     variable : str or Function, optional
         A coordinate, or a Function q -> number, that is strictly monotone in every phase with a foot on the ground.  By
         default, the angle of the line from the stance contact to the hip against the normal of the ground.  In flight
-        the phase variable is always the velocity of the center of mass towards the ground.
+        the phase variable is always the velocity of the centre of mass towards the ground.
 
     Raises
     ------
@@ -225,5 +225,5 @@ def _name_place(gait: PlanarGait, stretch: Stretch, variable: PhaseVariable | No
 def _title_of(robot: PlanarRobot, stretch: Stretch, variable: PhaseVariable | None) -> str:
     """Return the name of the phase variable of a stretch in messages."""
     if stretch.contact is None:
-        return "velocity of the center of mass"
+        return "velocity of the centre of mass"
     return f"angle of the line from {stretch.contact}" if variable is None else _check_variable(robot, variable)
