@@ -93,7 +93,8 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
     for step in range(1, steps + 1):
         following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).walk_step(state).following
         if following is None:
-            ended = f"{LABEL.get(name, name)}, step {step} {'of the walk over the patch' if patch else 'after the push'}"
+            place = "of the walk over the patch" if patch else "after the push"
+            ended = f"{LABEL.get(name, name)}, step {step} {place}"
             break
         state = following
         values.append(np.max(np.abs(state - reference)[2:]))
