@@ -31,7 +31,7 @@ class FamilySettings:
     ----------
     torque_limit : float or mapping of actuator to float [N m]
     stance_angle : bool
-        Whether the stance angle replaces the clock; in flight, the velocity of the center of mass.
+        Whether the stance angle replaces the clock; in flight, the velocity of the centre of mass.
     fixed : mapping of str to float
         Values of gains that are not tuned.
 

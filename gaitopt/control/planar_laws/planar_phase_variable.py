@@ -1,7 +1,7 @@
 """Laws of robots with several contacts as functions of a phase variable instead of the time since the section.
 
 A period is divided into stretches with one phase variable each: the phases between two impacts that share a stance
-contact, and the flights.  In flight no stance contact exists; the phase variable is the velocity of the center of mass
+contact, and the flights.  In flight no stance contact exists; the phase variable is the velocity of the centre of mass
 towards the ground there, which grows at the constant rate g cos(slope) in every flight.
 """
 
@@ -43,9 +43,9 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     """Return a law with a phase variable of the motion in place of the time since the section.
 
     The clock of the law is replaced by the planned time t(s) at which the plan reaches the current value s of the phase
-    variable.  Before the value at the start of a phase t is that of its start, beyond the value at its end that of its
-    end; if the stance contact opens there, t first continues by one interval of the plan at its last rate, so that the
-    contact opens.  Torques, reference states and gains are functions of t.
+    variable.  Before the value at the start of a phase, t is the planned time of its start; beyond the value at its
+    end, t is the planned time of its end.  If the stance contact opens there, t first continues by one interval of the
+    plan at its last rate, so that the contact opens.  Torques, reference states and gains are functions of t.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     variable : str or Function, optional
         A coordinate, or a Function q -> number, that is strictly monotone in every phase with a foot on the ground.  By
         default, the angle of the line from the stance contact to the hip against the normal of the ground.  In flight
-        the phase variable is always the velocity of the center of mass towards the ground.
+        the phase variable is always the velocity of the centre of mass towards the ground.
 
     Raises
     ------
@@ -225,5 +225,5 @@ def _name_place(gait: PlanarGait, stretch: Stretch, variable: PhaseVariable | No
 def _title_of(robot: PlanarRobot, stretch: Stretch, variable: PhaseVariable | None) -> str:
     """Return the name of the phase variable of a stretch in messages."""
     if stretch.contact is None:
-        return "velocity of the center of mass"
+        return "velocity of the centre of mass"
     return f"angle of the line from {stretch.contact}" if variable is None else _check_variable(robot, variable)
