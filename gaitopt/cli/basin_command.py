@@ -87,7 +87,8 @@ def basin(
     values of its parameter.  For each gait, the smallest push after which the walker does not return to it (fatal
     push) is reported.
 
-    The command may be interrupted: with an output file, the same command resumes the computation.
+    The command may be interrupted: with an output file, the same command resumes the computation; for a diagram, it
+    begins again.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """

@@ -245,7 +245,7 @@ StanceAngle = Annotated[
     typer.Option(
         "--stance-angle",
         help="Use the stance angle, not the time since touchdown, as the phase variable (in "
-        "flight, the velocity of the center of mass).",
+        "flight, the velocity of the centre of mass).",
     ),
 ]
 
