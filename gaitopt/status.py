@@ -17,7 +17,10 @@ class Status(Enum):
     """
 
     SOLVED = "Solved to the requested tolerance."
-    ACCEPTABLE = "Stopped near an optimum, at a looser tolerance than requested; check the residuals before using it."
+    ACCEPTABLE = (
+        "Stopped near an optimum, at a looser tolerance than requested, which is not accepted as a solution: start "
+        "from another guess, or specify a larger tolerance of the solver."
+    )
     NOT_VERIFIED = (
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
         "gait. Unless the reported reasons state another remedy, use more intervals or larger cone margins, or "
@@ -28,8 +31,8 @@ class Status(Enum):
         "intervals or larger margins, or another contact sequence."
     )
     UNCONFIRMED = (
-        "The sequence proposed for an open one was solved, but at a different cost than the open problem: use another "
-        "relaxation or more starts, or solve the proposed contact sequence separately."
+        "The contact sequence proposed in place of 'any' was solved, but its cost differs from that of the relaxed "
+        "problem: use another relaxation or more starts, or solve the proposed contact sequence separately."
     )
     INFEASIBLE = (
         "No gait with this contact sequence satisfies the constraints near the initial guesses: relax the conflicting "

@@ -17,10 +17,8 @@ from gaitopt.cli.options import (
     Json,
     LawName,
     Quiet,
-    RobotScript,
     Scheduler,
     Setting,
-    Source,
     StanceAngle,
     State,
     TorqueLimit,
@@ -45,6 +43,19 @@ if TYPE_CHECKING:
 
 MOST_STARTS = 10_000_000
 """Largest grid of a basin: it takes 600 MB."""
+BasinInput = Annotated[
+    Path,
+    typer.Argument(metavar="PROBLEM.py|FILE", help="Problem script, gait file, or diagram of 'gaitopt trace' (.nc)."),
+]
+OriginalProblem = Annotated[
+    Path | None,
+    typer.Option(
+        "--problem",
+        metavar="PROBLEM.py|FILE",
+        help="Script that defines the robot, if the gait file does not contain it; for a diagram, the script or gait "
+        "file from which it was traced.",
+    ),
+]
 BranchNumber = Annotated[
     int | None,
     typer.Option("--branch", min=0, help="Number of the branch of a diagram (.nc).", show_default="0"),
@@ -54,7 +65,7 @@ STEPS = 100
 
 
 def basin(
-    source: Source,
+    source: BasinInput,
     over: BasinAxes,
     setting: Setting = None,
     state: State = None,
@@ -70,7 +81,7 @@ def basin(
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
-    problem: RobotScript = None,
+    problem: OriginalProblem = None,
     branch: BranchNumber = None,
 ) -> None:
     """Simulate walks from every start of a grid and report the gait in which each ends, or how it fails.
@@ -87,7 +98,8 @@ def basin(
     values of its parameter.  For each gait, the smallest push after which the walker does not return to it (fatal
     push) is reported.
 
-    The command may be interrupted: with an output file, the same command resumes the computation.
+    The command may be interrupted: with an output file, the same command resumes the computation; for a diagram, it
+    begins again.
 
     Example: gaitopt basin problems/rimless_wheel.py --over theta_rate=0.1:3:200 -o basin.nc
     """

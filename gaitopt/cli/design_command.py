@@ -12,6 +12,7 @@ from gaitopt.cli.output import INTERRUPTED, err, out, print_json, print_reason, 
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
+from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
@@ -225,7 +226,7 @@ def _print_family(
     from rich import box
     from rich.table import Table
 
-    out.print(f"status: {result.status.key}, {result.message}, {result.iterations} iterations")
+    out.print(f"status: {result.status.key}, {result.message}, {format_count(result.iterations, 'iteration')}")
     if result.design:
         robot, unbounded = result.gaits[0].robot, (-math.inf, math.inf)
         texts = (_describe_parameter(robot, name, v, ranges.get(name, unbounded)) for name, v in result.design.items())

@@ -44,7 +44,7 @@ def compute_diagram_basin(
     Raises
     ------
     InputError
-        If the source is not a diagram, an option is not accepted.
+        If the source is not a diagram, or an option is not accepted.
     """
     from gaitopt.cli.progress_display import show_progress
 
@@ -54,7 +54,8 @@ def compute_diagram_basin(
     for option, value in stated.items():
         if value:
             raise InputError(
-                f"{option} is not accepted for a diagram ({DIAGRAM}), whose gaits and parameters are known."
+                f"{option} is not accepted for a diagram ({DIAGRAM}); use --over, --branch, --problem, --engine and "
+                "--output."
             )
     with show_progress("basins along a branch", hidden=json):
         table = find_branch_basin(file, over, source, branch, engine)

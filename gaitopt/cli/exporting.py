@@ -175,7 +175,7 @@ def export_library(file: Path, output: Path, sequence: str | None, *, quiet: boo
 def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
     """Raise InputError if an option of the command export does not apply to its file."""
     if file.suffix == ".nc" and states_law:
-        raise InputError(f"{file} is a sweep, whose gaits have no law: --law and its options do not apply.")
+        raise InputError(f"{file} is a sweep, whose gaits have no law: --law, its options and --problem do not apply.")
     if file.suffix != ".nc" and sequence is not None:
         raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
 

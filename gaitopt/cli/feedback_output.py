@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.output import err, out, verdict_text
+from gaitopt.motion.printable import format_count
 from gaitopt.motion.summary import plain
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def print_tuning(tuned: "Tuning") -> None:
         "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
     )
     ended = "; interrupted" if tuned.search_interrupted else ""
-    table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s{ended}")
+    table.add_row("search", f"{format_count(tuned.evaluations, 'evaluation')}, {tuned.seconds:.1f} s{ended}")
     out.print(table)
 
 

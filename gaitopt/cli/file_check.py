@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import ArchiveError
+from gaitopt.motion.printable import format_count
 
 CHECKSUM = {True: "agrees with the content", False: "none, as in files of earlier versions"}
 
@@ -29,7 +30,8 @@ def examine_file(path: Path) -> dict[str, Any]:
     except ArchiveError as error:
         return facts | {"error": str(error)}
     except KeyError:
-        return facts | {"error": f"{path} is an HDF5 file, but of no known kind ({facts['kind']})."}
+        kinds = ", ".join(_READERS)
+        return facts | {"error": f"{path} has the unknown kind {facts['kind']!r}; known kinds are {kinds}."}
     return facts | {"error": ""}
 
 
@@ -44,19 +46,20 @@ def _read_sweep(path: Path) -> str:
     from gaitopt.study.sweeps.sweep_file import load_sweep, read_named_gaits
 
     table = load_sweep(path)
-    return f"{table.status.size} points, {sum(1 for _ in read_named_gaits(path))} gaits"
+    gaits = sum(1 for _ in read_named_gaits(path))
+    return f"{format_count(table.status.size, 'point')}, {format_count(gaits, 'gait')}"
 
 
 def _read_basin(path: Path) -> str:
     from gaitopt.study.basins.basin_file import load_basin
 
-    return f"{load_basin(path).ending.size} starts"
+    return format_count(load_basin(path).ending.size, "start")
 
 
 def _read_diagram(path: Path) -> str:
     from gaitopt.continuation.diagram_file import load_diagram
 
-    return f"{len(load_diagram(path).branches)} branches"
+    return format_count(len(load_diagram(path).branches), "branch", "branches")
 
 
 def _read_optima(path: Path) -> str:
@@ -68,19 +71,19 @@ def _read_optima(path: Path) -> str:
 def _read_front(path: Path) -> str:
     from gaitopt.study.trade_offs.front_table import load_front
 
-    return f"{load_front(path).sizes['point']} points"
+    return format_count(load_front(path).sizes["point"], "point")
 
 
 def _read_branch_basin(path: Path) -> str:
     from gaitopt.study.basins.branch_basin_file import load_branch_basin
 
-    return f"{load_branch_basin(path).push.size} gaits"
+    return format_count(load_branch_basin(path).push.size, "gait")
 
 
 def _read_steps(path: Path) -> str:
     from gaitopt.ocp.multistep.multistep_file import load_steps
 
-    return f"{len(load_steps(path).sequences)} steps"
+    return format_count(len(load_steps(path).sequences), "step")
 
 
 _READERS: dict[str, Callable[[Path], str]] = {

@@ -113,7 +113,8 @@ def _print_outcome(robot: "PlanarRobot", outcome: "ImpactOutcome") -> None:
     from rich import box
     from rich.table import Table
 
-    out.print(f"{outcome.status.value} outcome")
+    count = len(outcome.candidates)
+    out.print(f"ambiguous: {count} outcomes" if count > 1 else "unique outcome" if count else "no consistent outcome")
     for candidate in outcome.candidates:
         table = Table("contact", "mode", "tangential [N s]", "normal [N s or N m s]", box=box.SIMPLE)
         for name, (tangential, normal) in candidate.impulse.items():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.output import out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.errors import ArchiveError, InputError
+from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def solve_multistep(problem: "MultiStepProblem", path: Path, *, guess: Path | No
 
     if guess is not None:
         raise InputError(
-            f"--guess is not accepted for a problem of several steps, whose steps have guesses, got {guess}."
+            f"--guess is not accepted for a problem of several steps, got {guess}; state the guess of each step in the "
+            "script, as guess=... of its GaitProblem."
         )
     check_gait_suffix(path)
     check_writable(path)
@@ -107,8 +109,9 @@ def print_multistep(gait: "MultiStepGait") -> None:
     """Print the facts of a gait of several steps and a table of its steps."""
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
-    out.print(f"{gait.problem.name}: {gait.status.key}, {gait.message}, {gait.iterations} iterations")
+    out.print(f"{gait.problem.name}: {gait.status.key}, {gait.message}, {format_count(gait.iterations, 'iteration')}")
     out.print(f"objective: {gait.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
     columns = {
@@ -131,4 +134,5 @@ def print_multistep(gait: "MultiStepGait") -> None:
     if replay is not None:
         reasons = "" if replay.passed else f": {'; '.join(replay.reasons)}"
         verdict = verdict_text("passed" if replay.passed else "failed", replay.passed)
-        out.print("replay:", verdict, f"largest difference {replay.state_error:.1e}{reasons}")
+        difference = f", the state differs from the plan by up to {replay.state_error:.1e}{reasons}"
+        out.print(Text.assemble("replay: ", verdict, difference))

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import out
 from gaitopt.errors import InputError
+from gaitopt.motion.printable import format_count
 from gaitopt.motion.summary import plain
 
 if TYPE_CHECKING:
@@ -138,5 +139,5 @@ def print_gains(tuned: "TunedGains") -> None:
     table.add_row(*tabulate_gains(tuned.family, gains))
     table.add_row("spectral radius", f"{tuned.radius_before:.4g} in open loop, {tuned.radius:.4g} under the law")
     table.add_row("objective", tuned.objective)
-    table.add_row("search", f"{len(tuned.trials)} evaluations")
+    table.add_row("search", format_count(len(tuned.trials), "evaluation"))
     out.print(table)

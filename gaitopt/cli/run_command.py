@@ -64,8 +64,8 @@ def check_parts(parts: Mapping[Any, Any], script: Path) -> None:
     files = [name_figure(Path("a.png"), name).name for name in drawn]
     if len(set(files)) < len(files):
         raise InputError(
-            f"The names of the results of {script} must still differ if all characters other than letters and digits "
-            f"are ignored, got {drawn}."
+            f"The names of the results of {script} must still differ if each character other than a letter, a digit, "
+            f"'+', '-' or '.' is replaced by '_', got {drawn}."
         )
     for part in parts.values():
         is_result = has_output(part) or find_figure(part) is not None

@@ -128,7 +128,8 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
     if function not in verbs:
         known = [name for name, value in vars(module).items() if _is_defined_in(module, value) and name[0] != "_"]
         if hasattr(module, function):
-            return f"{function} of {path} is a {type(getattr(module, function)).__name__}, not a function."
+            kind = type(getattr(module, function)).__name__
+            return f"{function} of {path} must be a function, got an object of type {kind}."
         return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
@@ -239,7 +240,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
     kinds = "GaitProblem, PlanarProblem, MultiStepProblem, WalkProblem, PlanarWalkProblem, Family or RobustProblem"
     returned = "None: a return statement is missing" if problem is None else type(problem).__name__
-    raise InputError(f"problem() of {script.path} must return a {kinds}, it returned {returned}.")
+    raise InputError(f"problem() of {script.path} must return a {kinds}; it returned {returned}.")
 
 
 def walk_problem(script: Script) -> "WalkProblem":

@@ -104,7 +104,7 @@ def _read_colons(text: str, option: str, form: str) -> Any:
     except ValueError:
         numbers = ()
     if len(numbers) != len(form.split(":")):
-        raise InputError(f"{option} must have the form {form} in m, got {text!r}.")
+        raise InputError(f"{option} must have the form {form}, lengths in m, got {text!r}.")
     return numbers
 
 

@@ -34,6 +34,17 @@ if TYPE_CHECKING:
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
+GaitOutput = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="File of the gait.",
+        show_default="SCRIPT.h5, or FAILED_solved.h5 for FAILED.h5",
+    ),
+]
+
 AFTER_THE_SOLVE = (
     "gaitopt.simulation.verification",
     "gaitopt.ocp.solution.certification",
@@ -92,10 +103,7 @@ def solve(
     guess: GuessFile = None,
     column: GuessColumns = None,
     angle_unit: AngleUnit = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="File of the gait.", show_default="SCRIPT.h5"),
-    ] = None,
+    output: GaitOutput = None,
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -280,7 +288,10 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
     elif isinstance(problem, WalkProblem | PlanarWalkProblem):
         facts = {"name": problem.name, "robot": problem.robot.name, **problem.parameters}
     else:
-        raise InputError(f"problem() of {script} must return a problem, got {type(problem).__name__}.")
+        raise InputError(
+            "'gaitopt show' shows a GaitProblem, PlanarProblem, WalkProblem or PlanarWalkProblem; "
+            f"problem() of {script} returned {type(problem).__name__}."
+        )
     if json:
         print_json(facts | {"file": str(script)})
     else:

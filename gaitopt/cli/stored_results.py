@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gaitopt.motion.printable import format_count
+
 QUESTION, SUFFIX = "question.json", ".checkpoint"
 """Names of the files that identify a study, see GaitStore and Checkpoint, which are not imported at an interrupt."""
 
@@ -85,7 +87,7 @@ def _describe_gaits(output: Path) -> str:
     if not files:
         return f"The gaits are kept in {output}." if output.is_file() else ""
     points = sum(file.name.startswith("point-") for file in files)
-    text = f"{_count(len(files), 'optimisation')} ({_count(points, 'finished point')})"
+    text = f"{format_count(len(files), 'optimisation')} ({format_count(points, 'finished point')})"
     return _state_place(text, len(files), folder)
 
 
@@ -93,7 +95,7 @@ def _describe_search(output: Path) -> str:
     """Return how many gaits are kept in the folder of a search."""
     files = _list_gaits(output)
     final = sum(not file.stem.endswith(".first") for file in files)
-    text = f"{_count(len(files), 'optimisation')} ({_count(final, 'finished contact sequence')})"
+    text = f"{format_count(len(files), 'optimisation')} ({format_count(final, 'finished contact sequence')})"
     return _state_place(text, len(files), output) if files else ""
 
 
@@ -110,7 +112,7 @@ def _describe_basin(output: Path) -> str:
     with h5py.File(output) as file:
         ending = file["ending"]
         finished = int((ending[...] != ending.attrs["pending"]).sum())
-        return _state_place(f"{finished} of {_count(ending.size, 'start')}", finished, output)
+        return _state_place(f"{finished} of {format_count(ending.size, 'start')}", finished, output)
 
 
 def _describe_trace(output: Path) -> str:
@@ -118,18 +120,13 @@ def _describe_trace(output: Path) -> str:
     checkpoint = output.with_name(output.name + SUFFIX)
     lines = checkpoint.read_text(encoding="utf-8").count("\n") if checkpoint.is_file() else 0
     stored = max(0, lines - 1)  # the first line identifies the trace
-    return _state_place(_count(stored, "corrector step"), stored, checkpoint) if stored else ""
+    return _state_place(format_count(stored, "corrector step"), stored, checkpoint) if stored else ""
 
 
 def _describe_audit(output: Path) -> str:
     """Return how many problems of an audit are kept in its file."""
     stored = len(json.loads(output.read_text(encoding="utf-8"))["problems"]) if output.is_file() else 0
-    return _state_place(_count(stored, "problem"), stored, output) if stored else ""
-
-
-def _count(number: int, noun: str) -> str:
-    """Return a number with its noun in singular or plural."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    return _state_place(format_count(stored, "problem"), stored, output) if stored else ""
 
 
 def _state_place(results: str, number: int, place: Path) -> str:

@@ -11,6 +11,7 @@ from rich.text import Text
 from gaitopt.cli.output import out
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import format_count
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
 
@@ -215,10 +216,10 @@ def _print_reasons(table: "xr.Dataset") -> None:
         if reason := str(table.reason.values[at]):
             places.setdefault(reason, []).append(_describe_point(table, at))
     for reason, points in list(places.items())[:5]:
-        more = f" and {len(points) - MOST_POINTS} more points" if len(points) > MOST_POINTS else ""
+        more = f" and {format_count(len(points) - MOST_POINTS, 'more point')}" if len(points) > MOST_POINTS else ""
         out.print(f"{'; '.join(points[:MOST_POINTS])}{more}: {reason}", soft_wrap=True)
     if len(places) > 5:
-        out.print(f"... and {len(places) - 5} more reasons in the file")
+        out.print(f"... and {format_count(len(places) - 5, 'more reason')} in the file")
 
 
 def _describe_point(table: "xr.Dataset", at: tuple[int, ...]) -> str:

@@ -9,6 +9,7 @@ from gaitopt.cli.output import out, verdict_text
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import ledger
+from gaitopt.motion.printable import format_count
 from gaitopt.motion.summary import ledger_facts
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.simulator import Rollout
@@ -47,7 +48,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
         table.add_column(column, no_wrap=True)
     for cycle in cycles:
         table.add_row(
-            cycle.sequence + (f"\nfoot speed {cycle.drift:+.4g} m/s per step" if cycle.drift else ""),
+            cycle.sequence + (f"\nfoot speed changes by {cycle.drift:+.4g} m/s per period" if cycle.drift else ""),
             "\n".join(f"{name} {format_state(value)}" for name, value in cycle.state.items()),
             f"{cycle.period:.7g}",
             "\n".join(_multipliers(cycle)),
@@ -138,7 +139,7 @@ def print_walk(walk: Rollout) -> None:
         cells = (str(event.step + 1), f"{event.time:.6f}", event.name, event.before, event.after, lost)
         table.add_row(*cells, sequence)
     out.print(table)
-    out.print(f"{len(walk.motion.jumps)} steps: {walk.stop.hint}")
+    out.print(f"{format_count(len(walk.motion.jumps), 'step')}: {walk.stop.hint}")
 
 
 def print_numbers(numbers: list[dict[str, Any]], remarks: tuple[str, ...]) -> None:

@@ -22,8 +22,8 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     """Return a law with an angle of the robot as phase variable instead of the time since touchdown.
 
     The law's clock is replaced by the planned time t(th) at which the plan reaches the current angle th.  Below the
-    angle at the start of the planned step t is 0, beyond the angle at its end t is the duration of the step; torques,
-    reference angles, rates and gains are functions of t.
+    angle at the start of the planned step, t is 0; beyond the angle at its end, t is the duration of the step.
+    Torques, reference angles, rates and gains are functions of t.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class Family:
             if problem.free != problems[0].free:
                 raise InputError(
                     f"All problems of a Family must have the same free parameters: problem {number} has "
-                    f"free={problem.free}, problem 1 has free={problems[0].free}."
+                    f"free={problem.free}, but problem 1 has free={problems[0].free}."
                 )
         check_shared_quantities(shared, problems)
         object.__setattr__(self, "problems", problems)

@@ -12,6 +12,7 @@ from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import format_count
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
@@ -53,9 +54,10 @@ class Walk:
     cause: str = ""
 
     def __str__(self) -> str:
+        steps = format_count(self.steps, "step")
         if math.isinf(self.distance):
-            return f"{self.scenario}: ended after {self.steps} steps: {self.cause}"
-        return f"{self.scenario}: {self.cause} differs by {self.distance:.2g} from the plan after {self.steps} steps"
+            return f"{self.scenario}: ended after {steps}: {self.cause}"
+        return f"{self.scenario}: {self.cause} differs by {self.distance:.2g} from the plan after {steps}"
 
 
 @check_arguments

@@ -39,8 +39,8 @@ def check_shared_quantities(names: Sequence[str], problems: Sequence[GaitProblem
         if "torques" in names and not same:
             raise InputError(
                 f"Gaits with shared torques must have the same contact sequence and transcription: "
-                f"problem {number} has '{problem.sequence}' and {problem.transcription}, problem 1 has "
-                f"'{first.sequence}' and {first.transcription}."
+                f"problem {number} has '{problem.sequence}' and {problem.transcription}, but problem 1 "
+                f"has '{first.sequence}' and {first.transcription}."
             )
 
 

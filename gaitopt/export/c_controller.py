@@ -56,7 +56,7 @@ def controller_header(prefix: str, law: Law) -> str:
             f"{_step_signature(prefix)};",
             "/* Controller without a structure, for a C Caller block or an S-function: the caller owns all arrays.",
             f" * state and next have {_state_size(prefix)} entries: the time of the last touchdown, then the latched",
-            " * values.  touchdown is not 0 at the first sample and after every touchdown. */",
+            " * values.  touchdown is 1 at the first sample and at the first one after each touchdown, otherwise 0. */",
             f"#define {_state_size(prefix)} {1 + max(len(values), 1)}",
             f"{_update_signature(prefix)};",
             "/* The same for given latched values (NULL if the law has none), without events. */",

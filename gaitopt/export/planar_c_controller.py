@@ -34,8 +34,10 @@ def write_planar_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> str:
             f"{_step_signature(prefix)};",
             "/* Controller without a structure, for a C Caller block or an S-function: the caller owns all arrays.",
             f" * state and next have {_state_size(prefix)} entries, zero before the first sample.",
-            " * event is 1 at the first sample and after every impact that ends a period, 2 after every other impact,",
-            f" * {'3 at the events of pass_ending, ' if any(law.endings) else ''}otherwise 0. */",
+            " * event is 1 at the first sample and at the first one after each impact that ends a period,",
+            " * 2 at the first one after each other impact,",
+            *([" * 3 at the first one after each event of pass_ending,"] if any(law.endings) else []),
+            " * otherwise 0. */",
             f"#define {_state_size(prefix)} {3 + _latched_size(law)}",
             f"{_update_signature(prefix)};",
             *write_c_impulse_header(prefix, robot, law),
@@ -100,7 +102,7 @@ def _describe_endings(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> list[s
     return [
         "/* Call it at the event that ends the current part (state->part) without impact:",
         *lines,
-        " * In these parts the function above has no effect. */",
+        f" * In these parts {prefix}_impact has no effect. */",
         f"{_ending_signature(prefix)};",
     ]
 

@@ -61,9 +61,9 @@ def write_c_impulse_header(prefix: str, robot: PlanarRobot, law: PlanarLaw) -> l
     return [
         "/* Impulses of the actuators with the legs of the plan: part, event, actuator, moment, value.",
         *(comment_line(f" *   {line}") for line in tabulate_impulses(robot, law)),
-        " * The function returns the number of the contact, in the order of the gaps, at whose impact the next ones",
-        " * act, or -1, and writes those just before and just after this impact, zero without any.  Call it before",
-        " * the functions that pass the impact. */",
+        " * The function returns the number of the contact at whose impact the next impulses act, in the order of the",
+        " * gaps, or -1 if there are none, and writes the impulses just before and just after this impact, or zeros.",
+        " * Call it before the functions that pass the impact. */",
         f"{_signature(prefix)};",
         "/* The same for a C Caller block or an S-function, with the array state. */",
         f"{_plain_signature(prefix)};",

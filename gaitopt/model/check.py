@@ -15,7 +15,10 @@ from gaitopt.parameters import Parameter
 
 _STEP = 1e-6
 
-UNARMED = "no pose near the upright one was found in which touchdown is zero, armed > 0 and upright > 0."
+UNARMED = (
+    "no pose near the upright one was found in which touchdown is zero, armed > 0 and upright > 0: correct these "
+    "expressions of StepEnd."
+)
 """Fault of a robot without a touchdown configuration."""
 
 

@@ -207,7 +207,9 @@ def _read_rows(name: str, form: str, rows: object, size: int) -> list[Any]:
     except (TypeError, ValueError):
         numbers = None
     if numbers is None or any(len(row) != size or not all(map(math.isfinite, row[:2])) for row in numbers):
-        raise InputError(f"Terrain.{name} must be a sequence of {form} in m, with finite positions, got {rows!r}.")
+        raise InputError(
+            f"Terrain.{name} must be a sequence of {form} with finite positions, lengths in m, got {rows!r}."
+        )
     return numbers
 
 

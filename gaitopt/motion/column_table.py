@@ -96,7 +96,7 @@ def _make_table(path: Path, rows: Sequence[Sequence[str]], *, decimal: str = "."
         raise InputError(f"{path}: the names of the columns must be different and not empty, got {names}.")
     for number, row in enumerate(rows[1:], 2):
         if len(row) != len(names):
-            raise InputError(f"{path}: row {number} has {len(row)} entries, the header has {len(names)}.")
+            raise InputError(f"{path}: row {number} has {len(row)} entries, but the header has {len(names)}.")
     columns, texts = {}, []
     for name, *cells in zip(*rows, strict=True):
         try:

@@ -92,12 +92,12 @@ class ContactSequence:
         >>> ContactSequence.parse("any | stick").require_closed("A walk")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: A walk needs a closed contact sequence, but 'any | stick' is open; \
-solve() closes it: use the sequence of the gait that it returns.
+        gaitopt.errors.SequenceError: A walk needs a contact sequence without 'any', got 'any | stick'; solve() \
+determines the modes: use the sequence of the gait that it returns.
         """
         if self.is_open:
             raise SequenceError(
-                f"{purpose} needs a closed contact sequence, but {str(self)!r} is open; solve() closes it: "
+                f"{purpose} needs a contact sequence without 'any', got {str(self)!r}; solve() determines the modes: "
                 "use the sequence of the gait that it returns."
             )
         return self

@@ -7,6 +7,7 @@ from typing import Any
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
 
 Facts = list[tuple[str, str]]
@@ -51,7 +52,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
-    facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
+    facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
     return facts + list_remarks(solver)
 
 

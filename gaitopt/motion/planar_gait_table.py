@@ -20,6 +20,7 @@ from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
 
 LEAST_IMPULSE = 1e-6
@@ -49,7 +50,7 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
-    facts.append(("solver", f"{solver.message}, {solver.iterations} iterations; {times}"))
+    facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
     return facts + list_remarks(solver)
 
 

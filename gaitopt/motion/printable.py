@@ -1,4 +1,4 @@
-"""Texts of users and files in output: without control characters, and as names of columns."""
+"""Texts of users and files in output: without control characters, as names of columns, and counts with their nouns."""
 
 import re
 
@@ -15,6 +15,17 @@ def replace_controls(text: str) -> str:
     'stick?[31m | stick\n'
     """
     return _CONTROL.sub("?", text)
+
+
+def format_count(number: int, noun: str, plural: str = "") -> str:
+    """Return a number with its noun in the singular or the plural, by default with an s.
+
+    Examples
+    --------
+    >>> format_count(1, "step"), format_count(0, "step"), format_count(2, "branch", "branches")
+    ('1 step', '0 steps', '2 branches')
+    """
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
 def column_name(text: str) -> str:

@@ -319,19 +319,18 @@ class GaitProblem:
                 f"step_length {step.lower:g} m is longer than the {self._reach():.3g} m the robot can reach within "
                 f"Limits.angle; shorten the step or lengthen the legs."
             )
-        count = len(self.sequence.phases)
-        shortest = self.limits.shortest_phase * count
+        shortest = self.limits.shortest_phase * len(self.sequence.phases)
         if shortest > self.limits.longest_step:
             raise InputError(
-                f"{count} phases of at least Limits.shortest_phase = {self.limits.shortest_phase:g} s "
-                f"take longer than Limits.longest_step = {self.limits.longest_step:g} s."
+                f"The sequence '{self.sequence}' needs {shortest:g} s (Limits.shortest_phase in each phase), more than "
+                f"Limits.longest_step = {self.limits.longest_step:g} s."
             )
         least_step = shortest * speed.lower
         if step.upper < least_step or (least_step > step.lower and not self._reaches(least_step)):
             longest_period = min(step.upper, self._reach()) / speed.lower
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length leave at most {longest_period:.3g} s for a step, less than "
-                f"the {shortest:.3g} s that {len(self.sequence.phases)} phases need (Limits.shortest_phase)."
+                f"the {shortest:.3g} s that the sequence '{self.sequence}' needs (Limits.shortest_phase in each phase)."
             )
         if math.isfinite(speed.upper) and step.lower / speed.upper > self.limits.longest_step:
             raise InputError(

@@ -65,7 +65,8 @@ def plot_result(result: Any, *, quantity: str | None = None, style: FigureStyle 
     ----------
     result : Gait, PlanarGait, MultiStepGait, Rollout, Cycle, Comparison, BranchDiagram, OptimalDiagram, Ranking, \
 Tuning, TunedGains, RobustnessRecord or xarray.Dataset
-        Such as from :func:`gaitopt.study.load_result`; a dataset is that of a sweep, a basin or a front.
+        Such as from :func:`gaitopt.study.load_result`; a dataset is that of a sweep, a basin, basins along
+        a branch, or a front.
     quantity : str, optional
         Variable of a sweep, or coordinate of a diagram of periodic gaits.
     style : FigureStyle, optional

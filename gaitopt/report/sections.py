@@ -9,6 +9,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.gait_table import Facts, tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
+from gaitopt.motion.printable import format_count
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
@@ -114,9 +115,9 @@ def walk_card(walk: Rollout) -> Element:
     charts = time_charts(beginning, {}) if beginning.segments and is_drawable(beginning) else []
     return element(
         "div",
-        element("p", f"{len(walk.motion.jumps)} steps: {walk.stop.hint} (engine {walk.engine})"),
+        element("p", f"{format_count(len(walk.motion.jumps), 'step')}: {walk.stop.hint} (engine {walk.engine})"),
         table(rows, ("step", "time [s]", "event", "from", "to"), name="Events"),
-        element("p", f"and {more} more events") if more > 0 else None,
+        element("p", f"and {format_count(more, 'more event')}") if more > 0 else None,
         element("div", *map(chart_figure, charts[:1]), class_="grid-of-figures"),
     )
 

@@ -36,14 +36,15 @@ def load_result(path: str | Path) -> Any:
     Parameters
     ----------
     path : str or Path
-        File of a gait, sweep, basin, front, diagram of periodic or optimal gaits, tuned gains or push test; or the
-        folder of a search.
+        File of a gait of one or several steps, sweep, basin, basins along a branch, front, diagram of periodic or
+        optimal gaits, tuned gains or push test; or the folder of a search.
 
     Returns
     -------
     Gait, PlanarGait, MultiStepGait, xarray.Dataset, BranchDiagram, OptimalDiagram, Ranking, TunedGains or \
 RobustnessRecord
-        The attribute ``format`` of a dataset is ``"gaitopt sweep"``, ``"gaitopt basin"`` or ``"gaitopt front"``.
+        The attribute ``format`` of a dataset is ``"gaitopt sweep"``, ``"gaitopt basin"``,
+        ``"gaitopt set of basins along a branch"`` or ``"gaitopt front"``.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def check_law_function(function: Callable[..., Any], name: str) -> None:
     >>> check_law_function(lambda robot, motion: None, "my_law")
     Traceback (most recent call last):
     ...
-    gaitopt.errors.InputError: my_law is not the function of a law, its arguments are (robot, motion); accepted are ...
+    gaitopt.errors.InputError: my_law is not the function of a law: its arguments are (robot, motion); accepted are ...
     """
     if isinstance(function, type):
         raise InputError(f"{name} is a class; {FORM}.")
@@ -49,7 +49,7 @@ def check_law_function(function: Callable[..., Any], name: str) -> None:
     try:
         signature.bind(None, None, None)
     except TypeError:
-        raise InputError(f"{name} is not the function of a law, its arguments are {signature}; {FORM}.") from None
+        raise InputError(f"{name} is not the function of a law: its arguments are {signature}; {FORM}.") from None
 
 
 def describe_form(function: Callable[..., Any]) -> str:
@@ -90,7 +90,7 @@ def make_custom_family(made: object, name: str, robot: Robot | PlanarRobot, limi
         family = ControllerFamily.from_law(made)
     if not isinstance(family, ControllerFamily):
         raise InputError(
-            f"{name}(robot, motion, torque_limit) must return a Law or a ControllerFamily, it returned "
+            f"{name}(robot, motion, torque_limit) must return a Law or a ControllerFamily, but returned "
             f"{type(made).__name__}; {FORM}."
         )
     return family.with_torque_limit(robot, limit)
@@ -109,10 +109,10 @@ def _check_law(name: str, robot: Robot | PlanarRobot, law: Law | PlanarLaw) -> N
         if torques != robot.n_u:
             plural, actuators = "s" * (torques != 1), ", ".join(robot.actuators)
             raise InputError(
-                f"The law of {name} returns {torques} torque{plural}, the robot has {robot.n_u}: {actuators}."
+                f"The law of {name} returns {torques} torque{plural}, but the robot has {robot.n_u}: {actuators}."
             )
         if coordinates != robot.n_q:
-            raise InputError(f"The law of {name} has {coordinates} coordinates, the robot has {robot.n_q}.")
+            raise InputError(f"The law of {name} has {coordinates} coordinates, but the robot has {robot.n_q}.")
 
 
 def load_custom_family(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.motion.printable import format_count
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import Recovery
@@ -101,7 +102,7 @@ class Tuning:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)
         radii = f"spectral radius {self.radius_before:.4g} to {self.radius_after:.4g}"
         push = f"recovers from {self.verified.radius:.3g} rad/s"
-        return f"Tuning({self.family!r}, {radii}, {push}, {gains}, {self.evaluations} evaluations)"
+        return f"Tuning({self.family!r}, {radii}, {push}, {gains}, {format_count(self.evaluations, 'evaluation')})"
 
     @property
     def stable(self) -> bool:

@@ -84,7 +84,7 @@ SCRIPTS = {
     "leaves": ("raise SystemExit(0)\n", "own.py, line 1 raised SystemExit"),
     "has no problem": ("x = 1\n", "own.py has no function problem(**parameters)"),
     "has a problem that is no function": ("problem = 3\n", "own.py has no function problem(**parameters)"),
-    "returns something else": ("def problem():\n    return 3\n", "Family or RobustProblem, it returned int"),
+    "returns something else": ("def problem():\n    return 3\n", "Family or RobustProblem; it returned int"),
     "returns nothing": ("def problem():\n    3\n", "it returned None: a return statement is missing"),
     "needs an argument": ("def problem(a):\n    return 3\n", "missing 1 required positional argument: 'a'"),
     "makes a wrong problem": (

@@ -26,7 +26,7 @@ def test_intact_files_of_every_kind(command, folder, root, slip_file, swept):
     basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1, 2.0]}, path=folder / "basin.nc")
     for path, kind, content in [
         (slip_file, "gait", "slip+ stick | slip+, robot compass_biped, solved"),
-        (swept, "sweep", "1 points, 1 gaits"),
+        (swept, "sweep", "1 point, 1 gait"),
         (folder / "basin.nc", "basin", "2 starts"),
         (root / "docs/examples/compass_slope.nc", "branch diagram", "5 branches"),
     ]:
@@ -50,7 +50,7 @@ def test_what_is_wrong_is_stated(command, folder, root, slip_file, swept):
     for path, message in [
         (damaged, "is not a readable HDF5 file"),
         (folder / "foreign.h5", "was not written by gaitopt"),
-        (folder / "unknown.h5", "but of no known kind (poem)"),
+        (folder / "unknown.h5", "has the unknown kind 'poem'; known kinds are gait, "),
         (folder / "nowhere.h5", "There is no file"),
         (swept, "is damaged: KeyError"),
     ]:

@@ -417,7 +417,7 @@ def test_the_torque_limit_of_a_command_holds_for_the_law_of_a_script(script, sli
 
 def test_a_script_without_a_law_is_explained(capsys, script):
     for name, message in (
-        (f"{script}:wrong", "must return a Law or a ControllerFamily, it returned int"),
+        (f"{script}:wrong", "must return a Law or a ControllerFamily, but returned int"),
         (f"{script}:missing", "has no function missing"),
         (f"{script}:hip_sprng", "has no function hip_sprng. Did you mean 'hip_spring'? Known: hip_spring, wrong."),
         ("nowhere.py:law", "There is no law script nowhere.py"),
@@ -468,12 +468,12 @@ def falling(robot, motion, torque_limit):
         (
             ("stability", GAIT, "--law", "laws.py:two"),
             2,
-            "is not the function of a law, its arguments are (robot, motion)",
+            "is not the function of a law: its arguments are (robot, motion)",
         ),
         (
             ("tune", GAIT, "--law", "laws.py:hip_only"),
             2,
-            "laws.py returns 1 torque, the robot has 2: ankle, hip.",
+            "laws.py returns 1 torque, but the robot has 2: ankle, hip.",
         ),
         (("stability", GAIT, "--law", "laws.py:plain"), 2, "Its arguments are (t, q, v); accepted are a"),
         (("stability", GAIT, "--law", "laws.py:falling"), 1, "No periodic gait of the walker under the law"),

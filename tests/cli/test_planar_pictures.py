@@ -164,7 +164,7 @@ def test_a_walk_over_steps_and_patches(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("script", "option", "sentence"),
     [
-        (KNEED, ("--rise", "0.6"), "--rise must have the form POSITION:HEIGHT in m, got '0.6'"),
+        (KNEED, ("--rise", "0.6"), "--rise must have the form POSITION:HEIGHT, lengths in m, got '0.6'"),
         (KNEED, ("--patch", "1:0:0.1"), "begin before it ends"),
         (str(PROBLEMS / "compass_passive.py"), ("--rise", "0.6:0.1"), "robots with several contacts only"),
     ],

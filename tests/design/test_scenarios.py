@@ -113,7 +113,7 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     assert str(test) == f"maintained in {test.survived} of 2 scenarios"
 
 
-@pytest.mark.parametrize(("law", "reason"), [(3, "law must be a name"), (lambda *_: 3, "it returned int")])
+@pytest.mark.parametrize(("law", "reason"), [(3, "law must be a name"), (lambda *_: 3, "but returned int")])
 def test_invalid_laws(law, reason):
     with pytest.raises(InputError, match=reason):
         solve_scenarios(problem(), SCENARIOS, law=law)

@@ -146,11 +146,11 @@ def test_an_unknown_gain_is_reported(script):
     [
         (
             "undecorated",
-            r"undecorated of .* is not the .*, its arguments are \(state, plan\); accepted are a function",
+            r"undecorated of .* is not the .*: its arguments are \(state, plan\); accepted are a function",
         ),
         ("Spring", "Spring of mine.py is a class; accepted are a function"),
-        ("number", "number of mine.py is a int, not a function"),
-        ("text", "must return a Law or a ControllerFamily, it returned str; accepted are a function"),
+        ("number", "number of mine.py must be a function, got an object of type int"),
+        ("text", "must return a Law or a ControllerFamily, but returned str; accepted are a function"),
         ("single", "single of mine.py returns a Law. For a robot with several contacts, the function receives the"),
         (
             "one_foot",
@@ -179,7 +179,7 @@ def test_a_torque_that_is_not_finite_is_reported():
 
 def test_a_law_has_the_coordinates_and_actuators_of_its_robot(script):
     gait = load(GAIT.with_name("compass_slip.h5"))
-    with pytest.raises(InputError, match="returns 1 torque, the robot has 2: ankle, hip"):
+    with pytest.raises(InputError, match="returns 1 torque, but the robot has 2: ankle, hip"):
         custom_design(Path("mine.py"), "single", gait.robot, gait.motion, 6.0)
     script.write_text(
         SCRIPT.replace("planar_feedforward(gait)", "planar_feedforward(load_gait())")

@@ -75,7 +75,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"speed": 500.0}, "speed 500 m/s and step_length leave at most .* less than"),
         ({"speed": 0.01}, "takes 47.1 s, more than Limits.longest_step"),
         ({"limits": Limits(longest_step=0.5)}, "takes 0.745 s, more than Limits.longest_step"),
-        ({"speed": None, "limits": Limits(shortest_phase=3, longest_step=2)}, "take longer than Limits.longest_step"),
+        ({"speed": None, "limits": Limits(shortest_phase=3, longest_step=2)}, "more than Limits.longest_step"),
         ({"transcription": None}, "transcription must be"),
         ({"guess": "passive"}, "guess must be"),
         ({"robot": "compass"}, "robot must be a Robot"),

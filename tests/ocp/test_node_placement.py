@@ -100,7 +100,7 @@ def test_a_solution_returns_to_its_own_nodes(reference_problem):
 
 
 FRACTIONS = [
-    (((0.0, 0.5, 1.0),), "fractions has 1 entries, but the sequence 'slip\\+ stick \\| slip\\+' has 2 phases"),
+    (((0.0, 0.5, 1.0),), "fractions has 1 entry, but the sequence 'slip\\+ stick \\| slip\\+' has 2 phases"),
     (((0.0, 0.5, 1.0), (0.0, 1.0)), "must increase from 0 to 1 at the 3 nodes of 2 intervals"),
     (((0.0, 0.5, 1.0), (0.0, 1.2, 1.0)), "must increase from 0 to 1"),
     (((0.1, 0.5, 1.0), (0.0, 0.2, 1.0)), "must increase from 0 to 1"),

@@ -160,7 +160,7 @@ def test_an_infeasible_open_problem_is_concluded_after_its_first_start(reference
     problem = reference_problem(sequence=OPEN, intervals=10, **change)
     gait = solve(problem, observer=steps.append)
     assert gait.status is Status.INFEASIBLE
-    assert gait.solver.message.startswith("no gait of any closed sequence found near any of 2 starts")
+    assert gait.solver.message.startswith(f"no gait of any sequence that matches '{OPEN}' found near any of 2 starts")
     assert len([step for step in steps if isinstance(step, HomotopyIteration)]) == 1
     (conflict,) = gait.solver.conflicts
     limits = Limits(torque={"ankle": 6, "hip": 6} | {conflict.name.removeprefix("torque limit of "): math.inf})
@@ -210,7 +210,7 @@ def test_an_open_sequence_is_refused_where_a_closed_one_is_needed(reference_prob
     from gaitopt.ocp.bounds import structure
 
     problem = reference_problem(sequence=OPEN)
-    with pytest.raises(SequenceError, match="A smooth NLP needs a closed"):
+    with pytest.raises(SequenceError, match="A smooth NLP needs a contact sequence without"):
         structure(problem, problem.transcription)
 
 

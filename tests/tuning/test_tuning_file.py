@@ -108,7 +108,7 @@ def test_the_law_of_a_script_is_made_by_its_function(slipping, tmp_path, file_of
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("mylaw.py:two_arguments", r"two_arguments is not the function of a law, its arguments are \(robot, motion\)"),
+        ("mylaw.py:two_arguments", r"two_arguments is not the function of a law: its arguments are \(robot, motion\)"),
         ("mylaw.py:sprng", "has no function sprng. Did you mean 'spring'"),
         ("my spring", r"'my spring' was tuned in Python; pass its family .*family=ControllerFamily\.from_law"),
     ],

@@ -43,9 +43,9 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     """Return a law with a phase variable of the motion in place of the time since the section.
 
     The clock of the law is replaced by the planned time t(s) at which the plan reaches the current value s of the phase
-    variable.  Before the value at the start of a phase t is that of its start, beyond the value at its end that of its
-    end; if the stance contact opens there, t first continues by one interval of the plan at its last rate, so that the
-    contact opens.  Torques, reference states and gains are functions of t.
+    variable.  Before the value at the start of a phase, t is the planned time of its start; beyond the value at its
+    end, t is the planned time of its end.  If the stance contact opens there, t first continues by one interval of the
+    plan at its last rate, so that the contact opens.  Torques, reference states and gains are functions of t.
 
     Parameters
     ----------

@@ -96,7 +96,10 @@ class ModeChoice:
     @property
     def _first(self) -> ModeCandidate:
         if not self.candidates:
-            raise InputError("The state is inconsistent: no contact modes satisfy the friction law; check the status.")
+            raise InputError(
+                "No contact modes satisfy the friction law in this state; test the attribute status before reading the "
+                "modes."
+            )
         return self.candidates[0]
 
 

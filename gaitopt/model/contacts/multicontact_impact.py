@@ -83,7 +83,7 @@ class ImpactOutcome:
     @property
     def _first(self) -> ImpactCandidate:
         if not self.candidates:
-            raise InputError("The impact has no consistent outcome; check the status.")
+            raise InputError("The impact has no consistent outcome; test the attribute status before reading it.")
         return self.candidates[0]
 
 

@@ -67,9 +67,10 @@ def conclude_without_pairs(
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
     if isinstance(conflicts, ElasticResult):
         return failure
+    near = f"any of {len(infeasible)} starts" if len(infeasible) > 1 else "the start"
     message = (
-        f"no gait of any closed sequence found near any of {len(infeasible)} starts: the least excess over the limits "
-        "is not zero"
+        f"no gait of any sequence that matches '{problem.sequence}' found near {near}: the least excess over the "
+        "limits is not zero"
     )
     seconds = time.perf_counter() - started
     return failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=seconds)

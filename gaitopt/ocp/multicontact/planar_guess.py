@@ -19,6 +19,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.motion.printable import format_count
 
 TYPICAL_SPEED = 0.5
 """Speed [m/s] of the guess if neither speed nor period is known."""
@@ -89,7 +90,7 @@ class PlanarGuess(ABC):
 
     @property
     def events(self) -> tuple[PlanarEvent, ...]:
-        """Events from whose impulses of actuators a solve begins; empty if none are known."""
+        """Events whose impulses of actuators are initial values of the solve; empty if none are known."""
         return ()
 
     @abstractmethod
@@ -189,8 +190,9 @@ class PlanarKeyframes(PlanarGuess):
             return typical_phase_durations(setting) * self.times[-1] / setting.period
         if len(self.phases) != len(setting.sequence.phases):
             raise InputError(
-                f"PlanarKeyframes: the sequence '{setting.sequence}' has {len(setting.sequence.phases)} phases, "
-                f"got {len(self.phases)} durations."
+                f"PlanarKeyframes: the sequence '{setting.sequence}' has "
+                f"{format_count(len(setting.sequence.phases), 'phase')}, "
+                f"got {format_count(len(self.phases), 'duration')}."
             )
         return np.array(self.phases, dtype=float)
 
@@ -236,7 +238,7 @@ class FromPlanarGait(PlanarGuess):
 
     @property
     def events(self) -> tuple[PlanarEvent, ...]:
-        """Events of the gait, from whose impulses of actuators a solve begins."""
+        """Events of the gait, whose impulses of actuators are initial values of the solve."""
         return self.gait.motion.events
 
     def durations(self, setting: PlanarSetting) -> Array:

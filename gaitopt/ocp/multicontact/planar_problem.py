@@ -11,6 +11,7 @@ from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.multicontact.actuator_impulse import (
     ActuatorImpulse,
     ImpulseEntry,
@@ -284,8 +285,8 @@ class PlanarProblem:
             )
         if len(self.counts) != len(self.sequence.phases):
             raise InputError(
-                f"intervals has {len(self.counts)} entries, but the sequence '{self.sequence}' has "
-                f"{len(self.sequence.phases)} phases."
+                f"intervals has {format_count(len(self.counts), 'entry', 'entries')}, but the sequence "
+                f"'{self.sequence}' has {format_count(len(self.sequence.phases), 'phase')}."
             )
         for count in self.counts:
             check_count("intervals", count, 2, 2000)
@@ -307,5 +308,6 @@ class PlanarProblem:
         if speed.lower > 0 and step.upper / speed.lower < shortest:
             raise InputError(
                 f"speed {speed.lower:g} m/s and step_length {step.upper:g} m leave {step.upper / speed.lower:.3g} s, "
-                f"less than the {shortest:g} s that {len(self.sequence.phases)} phases need."
+                f"less than the {shortest:g} s that the sequence '{self.sequence}' needs "
+                "(PlanarLimits.shortest_phase in each phase)."
             )

@@ -157,6 +157,7 @@ def report_short_steps(transcription: Transcription, problem: GaitProblem, x: Ar
         return ()
     reason = f"far shorter than the reach of {reach:.3g} m" if step.lower == 0 else "its lower bound"
     return (
-        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases with speed "
-        f"and step length, so the problem has no interior optimum. Fix the speed, or specify a lower bound for it.",
+        f"the speed is free, and the step length decreases to {travel:.3g} m, {reason}: the cost decreases as speed "
+        f"and step length decrease, so the problem has no interior optimum. Fix the speed, or specify a lower bound "
+        f"for it.",
     )

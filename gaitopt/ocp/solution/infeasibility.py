@@ -230,7 +230,8 @@ class _Search:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
         if any(status is not Status.INFEASIBLE for status in self._undecided):
             return self._failure
-        message = f"no motion with this sequence found near any of {len(self._undecided)} starts, even without limits"
+        near = f"any of {count} starts" if (count := len(self._undecided)) > 1 else "the start"
+        message = f"no motion with this sequence found near {near}, even without limits"
         return self._failure.with_failure(Status.INFEASIBLE, message, seconds=self._seconds())
 
     def _report_failure(self) -> Gait:

@@ -11,6 +11,7 @@ from attrs import evolve, field, frozen
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.parameters import optional, positive, recall_parameter
 
@@ -126,7 +127,8 @@ class Method(ABC):
             counts = tuple(short if mode.slips else longest for mode in sequence.phases)
         if len(counts) != len(sequence.phases):
             raise InputError(
-                f"intervals has {len(counts)} entries, but the sequence '{sequence}' has {len(sequence.phases)} phases."
+                f"intervals has {format_count(len(counts), 'entry', 'entries')}, but the sequence '{sequence}' has "
+                f"{format_count(len(sequence.phases), 'phase')}."
             )
         for count in counts:
             check_count("intervals", count, 2, MOST_INTERVALS)
@@ -145,7 +147,8 @@ class Method(ABC):
         counts = self.intervals_for(sequence)
         if len(self.fractions) != len(counts):
             raise InputError(
-                f"fractions has {len(self.fractions)} entries, but the sequence '{sequence}' has {len(counts)} phases."
+                f"fractions has {format_count(len(self.fractions), 'entry', 'entries')}, but the sequence '{sequence}' "
+                f"has {format_count(len(counts), 'phase')}."
             )
         for nodes, count in zip(self.fractions, counts, strict=True):
             ends = len(nodes) == count + 1 and nodes[0] == 0 and nodes[-1] == 1

@@ -26,7 +26,7 @@ SPREAD, SAME = 0.2, 1e-6
 @check_arguments
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarWalkProblem:
-    """A planar robot, and a state near which its periodic gaits are searched.
+    """A planar robot, and a state near which its periodic gaits are sought.
 
     Attributes
     ----------

@@ -11,6 +11,7 @@ from attrs import field, frozen
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import format_count
 from gaitopt.parameters import positive, whole_number
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
@@ -189,8 +190,8 @@ def _check_gait(cycle: Cycle) -> None:
     """Raise InputError unless a gait is stable and has one step."""
     if len(cycle.sequences) > 1 or not cycle.stable:
         raise InputError(
-            f"A fatal push is defined for a stable gait of one step; this one has {len(cycle.sequences)} steps and a "
-            f"spectral radius of {cycle.radius:.4g}."
+            "A fatal push is defined for a stable gait of one step; this one has "
+            f"{format_count(len(cycle.sequences), 'step')} and a spectral radius of {cycle.radius:.4g}."
         )
 
 

@@ -12,6 +12,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Motion
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import FromMotion
@@ -89,7 +90,8 @@ class LibraryErrors:
 
     def __str__(self) -> str:
         lines = [
-            f"{len(self.cells)} cells, {len(self.changed)} of them with another contact sequence than '{self.sequence}'"
+            f"{format_count(len(self.cells), 'cell')}, {len(self.changed)} of them with another contact sequence than "
+            f"'{self.sequence}'"
         ]
         for name, unit, meaning in (
             ("state", "rad, rad/s", "change of the state over a simulated step"),
@@ -103,7 +105,7 @@ class LibraryErrors:
                     LibraryErrors(tuple(known), self.sequence).largest(name),
                     len(self.cells) - len(known),
                 )
-                where = f"; {missing} cells have no optimum" if missing else ""
+                where = f"; {format_count(missing, 'cell')} without an optimum" if missing else ""
                 lines.append(f"largest {meaning}: {largest:.3g} {unit}{where}")
         return "\n".join(lines)
 
