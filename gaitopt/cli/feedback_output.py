@@ -1,6 +1,7 @@
 """Output of the commands on feedback."""
 
 import dataclasses
+import math
 import statistics
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -73,15 +74,34 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row(
         "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
     )
+    if tuned.hardly_recovers:
+        table.add_row("recovery", Text(_describe_poor_recovery(tuned.verified), style="yellow"))
     ended = "; interrupted" if tuned.search_interrupted else ""
     table.add_row("search", f"{tuned.evaluations} evaluations, {tuned.seconds:.1f} s{ended}")
     out.print(table)
+
+
+def _describe_poor_recovery(verified: "Recovery") -> str:
+    """Return a warning on a gait that recovers from negligible pushes only, and its remedies."""
+    return (
+        "the law stabilises the gait, but it recovers only from negligible pushes: some pushes of at most "
+        f"{verified.beyond:.2g} rad/s already end the walk or lead away from the gait. If a foot force or an impulse "
+        "is close to the boundary of its friction cone, plan the gait with margins, such as Margins(cone=0.05, "
+        "impact_cone=0.1); otherwise use another law or a larger --torque-limit"
+    )
 
 
 def _verification_text(verified: "Recovery") -> str:
     """Return the result of a verification, in words."""
     if verified.interrupted and not verified.returned:
         return "no: the verification was interrupted before all starts of a ball were tested"
+    if not verified.radius:
+        if not 0 < verified.beyond < math.inf:
+            return "no: the law does not stabilise the gait"
+        return (
+            f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait "
+            f"(radius of the smallest ball: {verified.beyond:.2g} rad/s)"
+        )
     text = (
         f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
         f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
