@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from gaitopt.tuning.record import Tuning
 
 
+UNITS = {"friction patch": "coefficient of friction"}
+"""Texts in the column of units, for kinds of disturbances without a unit."""
+
+
 def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
     """Return the result of tuning as plain data; there are no multipliers if the law has no periodic gait."""
     multipliers = [] if tuned.cycle is None else tuned.cycle.multipliers.tolist()
@@ -157,8 +161,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
         "survived if the walker returns to the gait, any other disturbance if it completes all steps, "
-        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: loss of friction "
-        "over the first steps. Torque noise: standard deviation."
+        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
+        "coefficient of friction in the first steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-): all disturbances tried, up to the survived one, are survived."
@@ -172,7 +176,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         table.add_column(column)
     for each in facts["survived"]:
         failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
-        table.add_row(each["kind"], f"{each['survived']:.4g}", failed, each["unit"])
+        table.add_row(each["kind"], f"{each['survived']:.4g}", failed, UNITS.get(each["kind"], each["unit"]))
     out.print(table)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"
