@@ -23,5 +23,5 @@ def test_only_a_solution_is_ok():
 
 
 def test_several_possible_motions_have_a_remedy():
-    assert "Use less friction" in Stop.AMBIGUOUS.hint
-    assert "Margins(cone=...)" in Stop.AMBIGUOUS.hint
+    assert "Try less friction" in Stop.AMBIGUOUS.hint
+    assert "Margins(cone=..., impact_cone=...)" in Stop.AMBIGUOUS.hint
