@@ -54,6 +54,17 @@ def suggest(name: str, known: Iterable[str]) -> str:
     return f"Did you mean {near[0]!r}? {listing}" if near else listing
 
 
+def join_reasons(reasons: Iterable[object]) -> str:
+    """Return reasons in one text, separated by semicolons; those that are sentences lose their period.
+
+    Examples
+    --------
+    >>> join_reasons(["the replay stopped: The walker fell.", "the period differs by 0.1 s"])
+    'the replay stopped: The walker fell; the period differs by 0.1 s'
+    """
+    return "; ".join(str(reason).removesuffix(".") for reason in reasons)
+
+
 def describe_missing_file(path: str | Path) -> str:
     """Return that there is no file, with the most similar one of the folder: its name with a suffix, or a similar name.
 

@@ -20,3 +20,8 @@ def test_every_member_has_its_own_key_and_its_own_sentence(kind):
 
 def test_only_a_solution_is_ok():
     assert [status for status in Status if status.ok] == [Status.SOLVED]
+
+
+def test_several_possible_motions_have_a_remedy():
+    assert "Try less friction" in Stop.AMBIGUOUS.hint
+    assert "Margins(cone=..., impact_cone=...)" in Stop.AMBIGUOUS.hint

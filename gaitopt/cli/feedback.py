@@ -85,24 +85,30 @@ def tune(
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
     from gaitopt.cli.script import load_feedback_gait
+    from gaitopt.cli.tuning_announcement import TuningAnnouncement
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
     from gaitopt.tuning.tuning_file import save_tuning
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
+    search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
+    test = PushTest(starts=starts, seed=seed)
+    announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
         if not json:
             _recommend_engine(gait)
+        family = _family_of(gait, law, torque_limit, stance_angle)
+        announcement.begin()
         tuned = tune_feedback(
             gait,
-            _family_of(gait, law, torque_limit, stance_angle),
+            family,
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
-            search=GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed),
-            test=PushTest(starts=starts, seed=seed),
-            observer=lambda step: display.describe(_progress(step)),
+            search=search,
+            test=test,
+            observer=lambda step: display.describe(_progress(announcement.time_walk(step))),
         )
     if output is not None:
         save_tuning(tuned, output)

@@ -1,6 +1,7 @@
 """Output of the commands on feedback."""
 
 import dataclasses
+import math
 import statistics
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from gaitopt.stability.recovery import Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.tuning.record import Tuning
+
+
+UNITS = {"friction patch": "coefficient of friction"}
+"""Texts in the column of units, for kinds of disturbances without a unit."""
 
 
 def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
@@ -74,15 +79,34 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row(
         "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
     )
+    if tuned.hardly_recovers:
+        table.add_row("recovery", Text(_describe_poor_recovery(tuned.verified), style="yellow"))
     ended = "; interrupted" if tuned.search_interrupted else ""
     table.add_row("search", f"{format_count(tuned.evaluations, 'evaluation')}, {tuned.seconds:.1f} s{ended}")
     out.print(table)
+
+
+def _describe_poor_recovery(verified: "Recovery") -> str:
+    """Return a warning on a gait that recovers from negligible pushes only, and its remedies."""
+    return (
+        "the law stabilises the gait, but it recovers only from negligible pushes: some pushes of at most "
+        f"{verified.beyond:.2g} rad/s already end the walk or lead away from the gait. If a foot force or an impulse "
+        "is close to the boundary of its friction cone, plan the gait with margins, such as Margins(cone=0.05, "
+        "impact_cone=0.1); otherwise use another law or a larger --torque-limit"
+    )
 
 
 def _verification_text(verified: "Recovery") -> str:
     """Return the result of a verification, in words."""
     if verified.interrupted and not verified.returned:
         return "no: the verification was interrupted before all starts of a ball were tested"
+    if not verified.radius:
+        if not 0 < verified.beyond < math.inf:
+            return "no: the law does not stabilise the gait"
+        return (
+            f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait "
+            f"(radius of the smallest ball: {verified.beyond:.2g} rad/s)"
+        )
     text = (
         f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
         f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
@@ -138,8 +162,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
         "survived if the walker returns to the gait, any other disturbance if it completes all steps, "
-        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: loss of friction "
-        "over the first steps. Torque noise: standard deviation."
+        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
+        "coefficient of friction in the first steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-): all disturbances tried, up to the survived one, are survived."
@@ -153,7 +177,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         table.add_column(column)
     for each in facts["survived"]:
         failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
-        table.add_row(each["kind"], f"{each['survived']:.4g}", failed, each["unit"])
+        table.add_row(each["kind"], f"{each['survived']:.4g}", failed, UNITS.get(each["kind"], each["unit"]))
     out.print(table)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.output import out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.errors import ArchiveError, InputError
+from gaitopt.errors import ArchiveError, InputError, join_reasons
 from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
 
@@ -132,7 +132,7 @@ def print_multistep(gait: "MultiStepGait") -> None:
     out.print(table)
     replay = gait.verification
     if replay is not None:
-        reasons = "" if replay.passed else f": {'; '.join(replay.reasons)}"
+        reasons = "" if replay.passed else f": {join_reasons(replay.reasons)}"
         verdict = verdict_text("passed" if replay.passed else "failed", replay.passed)
         difference = f", the state differs from the plan by up to {replay.state_error:.1e}{reasons}"
         out.print(Text.assemble("replay: ", verdict, difference))

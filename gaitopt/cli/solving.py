@@ -160,7 +160,8 @@ def _state_failure(gait: "Gait | PlanarGait") -> str:
     from gaitopt.study.storage.failure_reason import explain_failure
 
     reason = explain_failure(gait) or "it was not verified"
-    return f"{gait.status.key}: {reason}" + ("" if gait.status.hint in reason else f" {gait.status.hint}")
+    remedy = "" if gait.status.hint in reason else f". {gait.status.hint}"
+    return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 
 def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:

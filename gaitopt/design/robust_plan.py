@@ -184,7 +184,8 @@ def solve_scenarios(
     Raises
     ------
     InputError
-        If a range is not that of a parameter, or there is no gait or no law for the nominal problem or a scenario.
+        If a range is not that of a parameter or does not contain its nominal value, or there is no gait or no law for
+        the nominal problem or a scenario.
 
     Examples
     --------

@@ -31,7 +31,7 @@ class RobustProblem:
     Raises
     ------
     InputError
-        If a range is not that of a parameter, or the law is invalid.
+        If a range is not that of a parameter or does not contain its nominal value, or the law is invalid.
 
     Examples
     --------

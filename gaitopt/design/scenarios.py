@@ -14,6 +14,9 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parameters import number_within, positive, whole_number
 
+ROUNDING = 1e-9
+"""Relative difference up to which a nominal value counts as an end of its range."""
+
 
 @check_record
 @dataclass(frozen=True)
@@ -59,7 +62,8 @@ class Scenarios:
     Attributes
     ----------
     ranges : mapping of str to (float, float)
-        Ranges of ``friction``, ``slope`` [rad] or parameters of the robot, by name.
+        Ranges of ``friction``, ``slope`` [rad] or parameters of the robot, by name; each contains the nominal value of
+        the problem.
     push : float [rad/s]
         Radius of the ball of pushes, as in :class:`gaitopt.stability.Recovery`; 0 without pushes.
     steps : int
@@ -109,7 +113,13 @@ class Scenarios:
         return drawn
 
     def check_problem(self, problem: GaitProblem) -> None:
-        """Raise InputError unless every range belongs to a parameter of the problem."""
-        for name in self.ranges:
+        """Raise InputError unless every range belongs to a parameter of the problem and contains its nominal value."""
+        for name, (lower, upper) in self.ranges.items():
             if name not in problem.values:
                 raise InputError(f"Scenarios: there is no parameter {name!r}. {suggest(name, problem.values)}")
+            nominal, rounding = problem.values[name], ROUNDING * max(abs(lower), abs(upper))
+            if name not in problem.free and not lower - rounding <= nominal <= upper + rounding:
+                raise InputError(
+                    f"Scenarios: the range of {name} must contain the nominal value of the problem, {nominal:g}, got "
+                    f"({lower:g}, {upper:g}): extend the range, or change {name} of the problem."
+                )

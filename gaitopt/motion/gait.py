@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, join_reasons
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.certificate import Certificate
 from gaitopt.motion.conflict import Conflict
@@ -257,7 +257,7 @@ class Gait(LazyRecord):
             solver = self.solver
             inaccurate = self.status is Status.PLAN_INACCURATE
             reasons = solver.warnings if inaccurate else solver.conflicts or solver.violations
-            worst = "; ".join(str(reason) for reason in reasons[:3])
+            worst = join_reasons(reasons[:3])
             raise InputError(f"This gait is not a solution ({self.status.key}): {self.status.hint} {worst}".strip())
         return self
 

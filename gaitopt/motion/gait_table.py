@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from gaitopt.errors import join_reasons
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.planar_gait import PlanarGait
@@ -304,7 +305,7 @@ def _replay(gait: Gait) -> str:
     if replay is None:
         return "not replayed"
     if not replay.passed:
-        return f"failed: {'; '.join(replay.reasons)}"
+        return f"failed: {join_reasons(replay.reasons)}"
     return (
         f"passed: contact sequence '{replay.sequence}', state within {replay.state_error:.1e}, "
         f"cost of transport {replay.cost_of_transport:.6f}"

@@ -1,6 +1,7 @@
 """HDF5 files: written atomically with a checksum, and read only if they are intact and of the expected kind."""
 
 import hashlib
+import json
 from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +31,16 @@ READERS = {
 
 FIRST_WITH_CHECKSUM = {"gait": 5, "sweep": 2, "basin": 3, "branch diagram": 2}
 """First version of a kind of file that has a checksum; kinds that are not listed have had one from the beginning."""
+
+JSON_CONTENTS = {
+    "gaitopt tuned gains": (
+        "tuned gains, not a gait or another HDF5 file; 'gaitopt stability GAIT.h5 --law {path}' and 'gaitopt push "
+        "GAIT.h5 --law {path}' check the gains with their gait, and 'gaitopt show' and 'gaitopt plot' accept the file"
+    ),
+    "gaitopt push test": "a push test, not a gait or another HDF5 file; 'gaitopt show' and 'gaitopt plot' accept it",
+    "gaitopt audit": "an audit, not a gait or another HDF5 file; 'gaitopt audit -o {path}' resumes it",
+}
+"""Contents of the JSON files of gaitopt by their format, and the commands that accept them."""
 
 _CACHED_SIZE = 1_000_000
 """Size from which a file is checked once, as long as it does not change [bytes]."""
@@ -125,6 +136,7 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
     if not path.is_file():
         missing = not path.exists()
         raise ArchiveError(describe_missing_file(path) if missing else f"{path} is a device, a pipe or a socket.")
+    _refuse_json(path)
     if path.suffix == ".py":
         raise ArchiveError(f"{path} is a script, not a result; solve it first: gaitopt solve {path}.")
     try:
@@ -144,6 +156,17 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
         if stems_from_interrupt(error):
             raise KeyboardInterrupt from None
         raise ArchiveError(f"{path} is damaged: {type(error).__name__}: {error}") from None
+
+
+def _refuse_json(path: Path) -> None:
+    """Raise ArchiveError if a file is a result of gaitopt in JSON; any other file is left to its reader."""
+    if path.suffix.lower() != ".json":
+        return
+    try:
+        content = JSON_CONTENTS[json.loads(path.read_text(encoding="utf-8"))["format"]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return
+    raise ArchiveError(f"{path} contains {content.format(path=path)}.")
 
 
 def _verify_once(path: Path) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, join_reasons
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.gait_table import (
     Facts,
@@ -171,5 +171,5 @@ def _replay(gait: PlanarGait) -> str:
     if replay is None:
         return "not replayed"
     if not replay.passed:
-        return f"failed: {'; '.join(replay.reasons)}"
+        return f"failed: {join_reasons(replay.reasons)}"
     return f"passed: contact sequence '{replay.sequence}', state within {replay.state_error:.1e}"

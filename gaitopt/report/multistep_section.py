@@ -1,5 +1,6 @@
 """The part of a page on a gait of several steps: its steps in a table, and its motion over time."""
 
+from gaitopt.errors import join_reasons
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.report.markup import Element, element, table
@@ -50,7 +51,7 @@ def multistep_card(gait: MultiStepGait) -> Element:
 def _tables(gait: MultiStepGait) -> tuple[Element, Element]:
     """Return the facts of a gait, and those of its steps."""
     replay = gait.verification
-    verdict = "not replayed" if replay is None else "passed" if replay.passed else "; ".join(replay.reasons)
+    verdict = "not replayed" if replay is None else "passed" if replay.passed else join_reasons(replay.reasons)
     facts = [
         ("robot", gait.problem.robot.name),
         ("status", f"{gait.status.key}: {gait.message}"),

@@ -25,6 +25,13 @@ if TYPE_CHECKING:  # the simulation of robots with several contacts imports scip
 
 WalkObserver = Callable[[VerificationStep], None]
 
+FIRST_BALL = 1 / 16
+"""Radius of the first ball of a search for the largest ball, over the largest radius."""
+
+NEGLIGIBLE_PUSH = 0.01
+"""Size of negligible pushes [rad/s]: rates of legs are of the order of 1 rad/s, and a push of this size changes an
+angle by 0.2 deg at most if the legs are 1 m long."""
+
 CONVERGED_FRACTION = 1e-3
 """Fraction of the tolerance below which a walk counts as converged to the gait."""
 
@@ -114,6 +121,16 @@ class PushTest:
     largest: float = field(default=2.0, validator=positive("rad/s"))
     resolution: float = field(default=0.05, validator=positive(upper=1.0))
 
+    @property
+    def most_walks(self) -> int:
+        """Approximate maximum number of walks of a search for the largest ball.
+
+        The radius is doubled up to the largest one at most, and the last interval is bisected.  The search may take
+        more walks if the largest ball is much smaller than the first one; larger balls then usually end early.
+        """
+        balls = 1 + round(-math.log2(FIRST_BALL)) + math.ceil(-math.log2(self.resolution))
+        return balls * self.starts
+
 
 @check_arguments
 def measure_recovery(
@@ -187,7 +204,7 @@ def find_largest_recovery(
     if not cycle.stable:
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
-    radius, walk = test.largest / 16, make_pushed_walk(walker, cycle)
+    radius, walk = test.largest * FIRST_BALL, make_pushed_walk(walker, cycle)
     while (math.isinf(beyond) or upper - lower > test.resolution * upper) and upper > 1e-6:
         settling = []
         for push in draw_from_ball(walk.spread, test):

@@ -58,9 +58,14 @@ class GainSearchOptions:
     tolerance: float = field(default=1e-3, validator=positive())
 
     @property
+    def simplex_searches(self) -> int:
+        """Number of searches by the simplex method: one from each start, at most one from each set of gains."""
+        return min(self.starts, 1 + self.samples)
+
+    @property
     def evaluations_in_total(self) -> int:
         """Maximum number of evaluations: the start of the family, the random gains, and those of the starts."""
-        return 1 + self.samples + min(self.starts, 1 + self.samples) * self.evaluations
+        return 1 + self.samples + self.simplex_searches * self.evaluations
 
 
 class _SearchStopped(Exception):

@@ -9,7 +9,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.motion.printable import format_count
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-from gaitopt.stability.recovery import Recovery
+from gaitopt.stability.recovery import NEGLIGIBLE_PUSH, Recovery
 from gaitopt.tuning.controller_family import FamilySettings
 
 AT_BOUND = 1e-3
@@ -133,6 +133,12 @@ class Tuning:
     def changes_sequence(self) -> bool:
         """Whether the walker under the law has another contact sequence than the planned gait."""
         return self.cycle is not None and self.sequence != self.planned_sequence
+
+    @property
+    def hardly_recovers(self) -> bool:
+        """Whether a law stabilises the gait, but only negligible pushes are recovered from in the verification."""
+        is_verified = not (self.search_interrupted or self.verified.interrupted)
+        return self.stable and is_verified and self.verified.radius < NEGLIGIBLE_PUSH
 
     @property
     def multipliers(self) -> tuple[complex, ...]:

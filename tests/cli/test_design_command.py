@@ -179,11 +179,19 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
 
 
 def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(command, script):
-    run = command("design", script(ROBUST), "--set", "friction=0.02")
+    text = ROBUST.replace('"friction": (0.18, 0.2)', '"friction": (0.02, 0.2)')
+    run = command("design", script(text), "--set", "friction=0.02")
     assert run.status == 1
     assert "There is no gait with friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
+
+
+def test_a_nominal_friction_outside_its_range_is_refused(command, script):
+    run = command("design", script(ROBUST), "--set", "friction=0.25")
+    assert run.status == 2
+    text = " ".join(run.err.split())
+    assert "the range of friction must contain the nominal value of the problem, 0.25, got (0.18, 0.2)" in text
 
 
 def test_other_problems_have_no_law_and_robust_ones_are_not_solved_alone(command, script):

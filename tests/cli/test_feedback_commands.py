@@ -15,6 +15,7 @@ import pytest
 import gaitopt
 from gaitopt import GainSearchOptions, PushTest, assess_stability, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
+from gaitopt.cli.feedback_output import print_endurance
 from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.stability.recovery import Recovery
@@ -530,3 +531,14 @@ def test_a_push_off_is_named_and_exported(capsys, tmp_path):
     assert not pushing[0]
     code, text = run(capsys, "stability", GAIT, *options, "--json")
     assert code == 0, text.err
+
+
+def test_the_loss_of_friction_has_no_unit_1(capsys):
+    margins = [
+        {"kind": "friction patch", "survived": 0.05, "failed": 0.06, "unit": "1"},
+        {"kind": "torque noise", "survived": 0.5, "failed": None, "unit": "N m"},
+    ]
+    print_endurance({"law": "lqr", "radius": 0.5, "survived": margins}, {})
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["friction", "patch", "0.05", "0.06", "coefficient", "of", "friction"] in lines
+    assert ["torque", "noise", "0.5", "-", "N", "m"] in lines

@@ -180,3 +180,23 @@ def test_paragraphs_of_help_are_wrapped_to_the_terminal_only(command, monkeypatc
 
 def test_json_is_one_object_and_nothing_else(command, slip_file):
     assert isinstance(json.loads(command("show", slip_file, "--json").out), dict)
+
+
+@pytest.mark.parametrize("arguments", [("verify",), ("report",), ("stability",), ("push",)])
+def test_a_file_of_gains_is_named_with_the_commands_that_check_it(command, folder, arguments):
+    gains = folder / "gains.json"
+    gains.write_text('{"format": "gaitopt tuned gains", "format_version": 1}', encoding="utf-8")
+    run = command(*arguments, gains)
+    text = " ".join(run.err.split())
+    assert run.status == 2
+    assert "gains.json contains tuned gains, not a gait" in text
+    assert "gaitopt push GAIT.h5 --law " in text
+    assert "damaged" not in text
+    gains.write_text('{"format": "a poem"}', encoding="utf-8")
+    assert "damaged or of another kind" in " ".join(command("verify", gains).err.split())
+
+
+def test_a_push_test_is_named(command, folder):
+    path = folder / "push.json"
+    path.write_text('{"format": "gaitopt push test", "format_version": 1}', encoding="utf-8")
+    assert "push.json contains a push test, not a gait" in " ".join(command("verify", path).err.split())

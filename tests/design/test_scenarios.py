@@ -17,7 +17,7 @@ from gaitopt import (
     feedforward,
     solve,
 )
-from gaitopt.design import Scenario, Scenarios, check_scenarios, robust_plan, solve_scenarios
+from gaitopt.design import RobustProblem, Scenario, Scenarios, check_scenarios, robust_plan, solve_scenarios
 from gaitopt.design.scenario_test import Walk, worst_walk
 from gaitopt.errors import NoGaitError
 
@@ -184,3 +184,20 @@ def test_an_interrupt_of_the_tuning_ends_the_planning(monkeypatch):
     monkeypatch.setattr(robust_plan, "tune_feedback", interrupted)
     with pytest.raises(KeyboardInterrupt):
         solve_scenarios(problem(), SCENARIOS, search=QUICK)
+
+
+@pytest.mark.parametrize(
+    ("name", "ends"), [("friction", (0.2, 0.3)), ("friction", (0.05, 0.14)), ("slope", (0.01, 0.02))]
+)
+def test_a_range_that_excludes_the_nominal_value_is_refused(name, ends):
+    message = rf"range of {name} must contain the nominal value of the problem, .*extend the range, or change {name}"
+    scenarios = Scenarios(ranges={name: ends})
+    with pytest.raises(InputError, match=message):
+        solve_scenarios(problem(), scenarios)
+    with pytest.raises(InputError, match=message):
+        RobustProblem(problem(), scenarios)
+
+
+def test_the_nominal_value_may_be_an_end_of_its_range_up_to_rounding():
+    for ends in ((0.15, 0.2), (0.1, 0.15), (0.1, 0.15 * (1 - 1e-12))):
+        Scenarios(ranges={"friction": ends}).check_problem(problem())

@@ -110,6 +110,24 @@ def test_wrong_mirrors_are_rejected(pairs, message):
         make_mirror(pairs, ["x", "left", "right"], ["foot l", "foot r"], [])
 
 
+@pytest.mark.parametrize(
+    ("coordinates", "actuators", "kinds"),
+    [
+        (["x"], ["a", "b"], "an actuator"),
+        (["a", "b"], [], "a coordinate"),
+        (["a", "b"], ["a", "b"], "a coordinate and of an actuator"),
+    ],
+)
+def test_a_sign_that_a_contact_shares_with_another_quantity_of_its_name_is_explained(coordinates, actuators, kinds):
+    reason = (
+        rf"sign of contact '[ab]'; contacts are exchanged without a sign, but '[ab]' is also the name of {kinds}: give"
+    )
+    with pytest.raises(InputError, match=reason):
+        make_mirror({"a": "-b"}, coordinates, ["a", "b"], actuators)
+    with pytest.raises(InputError, match=r"exchanged without a sign\.$"):
+        make_mirror({"a": "-b"}, ["x"], ["a", "b"], [])
+
+
 def test_a_mirror_that_misses_a_contact_is_a_fault():
     assert check_planar(biped(mirror={"a": "b", "foot a": "foot b"})).passed
     assert "the mirror changes" in check_planar(biped(mirror={"a": "b"})).faults[0]

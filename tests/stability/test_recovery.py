@@ -84,3 +84,23 @@ def test_the_search_ends_wherever_the_edge_is(monkeypatch, open_loop, edge, reso
         assert (found.radius, found.beyond) == (test.largest, np.inf)
     else:
         assert found.radius < edge <= found.beyond <= found.radius / (1 - resolution)
+
+
+@pytest.mark.parametrize("edge", [0.13, 0.3, 1.5, 5.0])
+def test_the_stated_number_of_walks_is_not_exceeded_if_the_first_ball_returns(monkeypatch, open_loop, edge):
+    test, walks = PushTest(starts=5), []
+
+    def count(walk, push, test):
+        walks.append(push)
+        return 1 if abs(push[0]) < edge else None
+
+    monkeypatch.setattr(recovery, "make_pushed_walk", lambda walker, cycle: SimpleNamespace(spread=np.eye(1)))
+    monkeypatch.setattr(recovery, "_count_settling_steps", count)
+    find_largest_recovery(*open_loop, test)
+    assert test.most_walks / 4 < len(walks) <= test.most_walks
+
+
+def test_the_number_of_walks_follows_from_starts_and_resolution():
+    assert PushTest().most_walks == 2000
+    assert PushTest(starts=3, resolution=0.5).most_walks == 18
+    assert PushTest(starts=1, resolution=1.0).most_walks == 5

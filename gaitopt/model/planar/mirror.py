@@ -69,13 +69,26 @@ def make_mirror(
                 f"The mirror exchanges {name!r} with {partner!r}, which are not two coordinates, two contacts "
                 f"or two actuators. {_suggest_name(wrong, known)}"
             )
-    for name, sign in tables[1]:
-        if sign < 0:
-            raise InputError(
-                f"The mirror reverses the sign of contact {name!r}; contacts are exchanged without a sign."
-            )
+    _refuse_signs_of_contacts(tables[1], coordinates, actuators)
     place = [list(contacts).index(name) for name, _ in tables[1]]
     return Mirror(_matrix(tables[0], coordinates), _matrix(tables[2], actuators), tuple(place))
+
+
+def _refuse_signs_of_contacts(
+    contacts: Sequence[tuple[str, float]], coordinates: Sequence[str], actuators: Sequence[str]
+) -> None:
+    """Raise InputError if the sign of a contact is reversed, maybe because another quantity has its name."""
+    for name, sign in contacts:
+        if sign > 0:
+            continue
+        kinds = [kind for kind, names in (("a coordinate", coordinates), ("an actuator", actuators)) if name in names]
+        reason = "contacts are exchanged without a sign"
+        if kinds:
+            reason += (
+                f", but {name!r} is also the name of {' and of '.join(kinds)}: give them different names, and state "
+                "the exchange of each"
+            )
+        raise InputError(f"The mirror reverses the sign of contact {name!r}; {reason}.")
 
 
 def _suggest_name(name: str, known: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.address_space import lacks_memory
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, join_reasons
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.problem import GaitProblem
@@ -72,11 +72,11 @@ def _judge(gait: AnyGait) -> dict[str, Any]:
     if not gait.status.ok:
         report = gait.solver
         reasons = report.conflicts or (report.warnings if gait.status is Status.PLAN_INACCURATE else ())
-        return {"result": gait.status.key, "reason": "; ".join(map(str, reasons[:2])) or report.message}
+        return {"result": gait.status.key, "reason": join_reasons(reasons[:2]) or report.message}
     verification = verify(gait).verification
     facts = {"cost": gait.solver.objective, "state_error": getattr(verification, "state_error", None)}
     if verification is None or not verification.passed:
-        return facts | {"result": REFUSED, "reason": "; ".join(getattr(verification, "reasons", ()))}
+        return facts | {"result": REFUSED, "reason": join_reasons(getattr(verification, "reasons", ()))}
     try:
         second = replay_planar_again(gait) if isinstance(gait, PlanarGait) else replay_again(gait)
     except GaitoptError as error:

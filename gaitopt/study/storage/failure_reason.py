@@ -1,5 +1,6 @@
 """Status of a grid point or contact sequence of a study, and reasons of failure."""
 
+from gaitopt.errors import join_reasons
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
@@ -23,9 +24,9 @@ def explain_failure(gait: Gait | PlanarGait) -> str:
     if gait.status.ok:
         return ""
     if gait.verification is not None and not gait.verification.passed:
-        return "replay: " + "; ".join(gait.verification.reasons)
+        return "replay: " + join_reasons(gait.verification.reasons)
     if gait.solver.conflicts:
-        return "no gait found; " + "; ".join(map(str, gait.solver.conflicts))
+        return "no gait found; " + join_reasons(gait.solver.conflicts)
     if gait.status is Status.PLAN_INACCURATE:
         return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     if gait.solver.violations:

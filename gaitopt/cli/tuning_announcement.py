@@ -1,0 +1,113 @@
+"""Announcement of the cost of tuning: the evaluations of the search, and the walks of the verification."""
+
+import time
+from typing import TYPE_CHECKING
+
+from gaitopt.cli.output import err
+from gaitopt.progress import TuningStep, VerificationStep
+
+if TYPE_CHECKING:
+    from gaitopt.stability.recovery import PushTest
+    from gaitopt.tuning.gain_search import GainSearchOptions
+
+LONG = 120.0
+"""Time from which a duration is stated in minutes [s]."""
+
+
+class TuningAnnouncement:
+    """Prints on standard error what a tuning computes, and after two walks how long its verification takes.
+
+    Parameters
+    ----------
+    search : GainSearchOptions
+    test : PushTest
+    hidden : bool
+        Whether nothing is printed.
+    """
+
+    def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
+        self._search, self._test, self._hidden = search, test, hidden
+        self._walks, self._first = 0, 0.0
+
+    def begin(self) -> None:
+        """Print the maximum number of evaluations of the search, and of walks of the verification."""
+        self._print(describe_search(self._search))
+        self._print(describe_verification(self._test))
+
+    def time_walk(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
+        """Return a step; print the expected duration of the verification after its second walk, which is timed.
+
+        The time of the first walk is not known: before it, the law of the best gains is assessed.
+        """
+        if isinstance(step, VerificationStep):
+            self._walks += 1
+            if self._walks == 1:
+                self._first = time.perf_counter()
+            elif self._walks == 2:
+                self._print(describe_duration(time.perf_counter() - self._first, self._test.most_walks))
+        return step
+
+    def _print(self, text: str) -> None:
+        if not self._hidden:
+            err.print(text, soft_wrap=True)
+
+
+def describe_search(search: "GainSearchOptions") -> str:
+    """Return the maximum number of evaluations of a search and its parts.
+
+    Examples
+    --------
+    >>> from gaitopt import GainSearchOptions
+    >>> describe_search(GainSearchOptions(evaluations=20))
+    'search: at most 49 evaluations: the initial gains, 8 random sets of gains (--samples) and 2 simplex searches of \
+at most 20 evaluations each (--evaluations)'
+    """
+    parts = ["the initial gains"]
+    if search.samples:
+        parts.append(f"{search.samples} random set{'s' * (search.samples > 1)} of gains (--samples)")
+    count, each = search.simplex_searches, f"at most {search.evaluations} evaluation{'s' * (search.evaluations > 1)}"
+    simplex = f"one simplex search of {each}" if count == 1 else f"{count} simplex searches of {each} each"
+    return (
+        f"search: at most {search.evaluations_in_total} evaluations: {', '.join(parts)} and {simplex} (--evaluations)"
+    )
+
+
+def describe_verification(test: "PushTest") -> str:
+    """Return how many walks a verification takes.
+
+    Examples
+    --------
+    >>> from gaitopt import PushTest
+    >>> describe_verification(PushTest())
+    'verification: about 2000 walks at most, of at most 30 steps each, from 200 random pushes (--starts) in each of \
+about 10 balls'
+    """
+    pushes = f"{test.starts} random push{'es' * (test.starts > 1)} (--starts)"
+    return (
+        f"verification: about {test.most_walks} walks at most, of at most {test.steps} steps each, from {pushes} in "
+        f"each of about {test.most_walks // test.starts} balls"
+    )
+
+
+def describe_duration(seconds: float, walks: int) -> str:
+    """Return the expected duration of a verification.
+
+    Parameters
+    ----------
+    seconds : float
+        Duration of a walk.
+    walks : int
+        Approximate maximum number of walks.
+
+    Examples
+    --------
+    >>> describe_duration(0.31, 2000)
+    'verification: a walk takes about 0.31 s, so that all walks take about 10 min at most; Ctrl-C ends the \
+verification and keeps the gains'
+    """
+    total = seconds * walks
+    duration = f"{total / 60:.0f} min" if total >= LONG else f"{max(total, 1.0):.0f} s"
+    return (
+        f"verification: a walk takes about {seconds:.2g} s, so that all walks take about {duration} at most; Ctrl-C "
+        "ends the verification and keeps the gains"
+    )

@@ -1,0 +1,113 @@
+"""The command tune states the cost of its search and of its verification before they begin."""
+
+import dataclasses
+import re
+
+import pytest
+
+from gaitopt import GainSearchOptions, PushTest, assess_stability
+from gaitopt.cli import feedback_output, tuning_announcement
+from gaitopt.cli.tuning_announcement import (
+    TuningAnnouncement,
+    describe_duration,
+    describe_search,
+    describe_verification,
+)
+from gaitopt.progress import TuningStep, VerificationStep
+from gaitopt.stability.recovery import Recovery
+from gaitopt.tuning.record import Tuning
+
+SHORT = ("--law", "computed-torque", "--torque-limit", "8", "--samples", "0", "--evaluations", "3", "--starts", "2")
+
+
+def test_a_search_is_described_by_its_parts():
+    text = describe_search(GainSearchOptions(evaluations=20))
+    numbers = [int(number) for number in re.findall(r"\d+", text)]
+    assert numbers == [49, 8, 2, 20]
+    assert numbers[0] == 1 + numbers[1] + numbers[2] * numbers[3]
+    alone = describe_search(GainSearchOptions(samples=0, evaluations=1))
+    assert "at most 2 evaluations: the initial gains and one simplex search of at most 1 evaluation" in alone
+
+
+@pytest.mark.parametrize(
+    ("seconds", "walks", "duration"),
+    [(0.31, 2000, "10 min"), (0.01, 20, "1 s"), (0.05, 2000, "100 s"), (6, 2000, "200 min")],
+)
+def test_the_duration_follows_from_a_walk(seconds, walks, duration):
+    text = describe_duration(seconds, walks)
+    assert f"a walk takes about {seconds:g} s, so that all walks take about {duration} at most" in text
+
+
+def test_walks_are_announced_before_the_search_and_their_duration_after_the_second_one(monkeypatch):
+    printed, times = [], iter([10.0, 10.5])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    announcement.begin()
+    assert printed == [describe_search(GainSearchOptions()), describe_verification(PushTest())]
+    for step in (TuningStep(1, 0.5, 0.5), *(VerificationStep(0.125, walk, 200) for walk in (1, 2, 3))):
+        assert announcement.time_walk(step) is step
+        assert len(printed) == 2 + (isinstance(step, VerificationStep) and step.walks > 1)
+    assert printed[2] == describe_duration(0.5, 2000)
+
+
+@pytest.mark.parametrize("option", ["", "--json", "--quiet"])
+def test_tune_states_the_cost_of_search_and_verification(command, slip_file, option):
+    run = command("tune", slip_file, *SHORT, *filter(None, [option]))
+    assert run.status == 0
+    texts = [
+        "search: at most 4 evaluations: the initial gains and one simplex search of at most 3 evaluations",
+        "verification: about 20 walks at most, of at most 30 steps each, from 2 random pushes (--starts)",
+        "verification: a walk takes about",
+    ]
+    assert [text in run.err for text in texts] == [not option] * 3
+    if not option:
+        assert sorted(texts, key=run.err.index) == texts
+
+
+def tuning(gait, **verified):
+    """Return a tuned law whose closed loop is the open loop of a gait."""
+    cycle = assess_stability(gait)
+    recovery = Recovery(**{"starts": 200, "returned": 200, "steps": 30, "tolerance": 1e-4, **verified})
+    return Tuning(
+        law=None,
+        family="lqr",
+        gains={"torque": 3.0},
+        objective="spectral_radius",
+        radius_before=cycle.radius,
+        radius_after=cycle.radius,
+        cycle=cycle,
+        fixed_point_shift=0.0,
+        verified=recovery,
+        trials=(),
+        evaluations=1,
+        seconds=0.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("verified", "warns"),
+    [
+        ({"radius": 0.004, "beyond": 0.0042}, True),
+        ({"radius": 0.0, "returned": 0, "beyond": 9e-7}, True),
+        ({"radius": 0.1, "beyond": 0.105}, False),
+        ({"radius": 0.0, "returned": 0, "interrupted": True}, False),
+    ],
+)
+def test_a_gait_that_recovers_from_negligible_pushes_only_is_a_warning(capsys, slip_gait, verified, warns):
+    tuned = tuning(slip_gait, **verified)
+    assert tuned.hardly_recovers is warns
+    feedback_output.print_tuning(tuned)
+    text = " ".join(capsys.readouterr().out.split())
+    assert ("it recovers only from negligible pushes" in text) is warns
+    assert ("plan the gait with margins" in text) is warns
+    if not verified.get("interrupted"):
+        assert ("no: in each tested ball of pushes, some of the 200 starts do not return" in text) is (
+            not verified["radius"]
+        )
+
+
+def test_an_unstable_gait_is_not_verified(slip_gait):
+    tuned = dataclasses.replace(tuning(slip_gait, radius=0.0, returned=0, beyond=0.0), radius_after=1.2)
+    assert not tuned.hardly_recovers
+    assert feedback_output._verification_text(tuned.verified) == "no: the law does not stabilise the gait"
