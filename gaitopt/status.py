@@ -94,8 +94,8 @@ class Stop(Enum):
     AMBIGUOUS = (
         "Several motions satisfy the friction law in this state (with large friction, for example, one in which a foot "
         "sticks and one in which it leaves the ground), so the simulation ended. Try less friction or, for a planned "
-        "gait, larger Margins(cone=..., impact_cone=...), another speed or step length, or a sequence in which the foot "
-        "leaves the ground."
+        "gait, larger Margins(cone=..., impact_cone=...), another speed or step length, or a sequence in which the "
+        "foot leaves the ground."
     )
     STUMBLED = (
         "A foot hit the vertical face of a step in the ground, or slid onto ground of infinite friction, so "

@@ -83,20 +83,25 @@ def _numbers(gait: PlanarGait) -> Facts:
 
 
 def _depths(gait: PlanarGait) -> Facts:
-    """Return the depths of the swinging contacts below the ground, and whether they are armed there."""
+    """Return the depths of the swinging contacts below the ground, and the rise of those that are armed there."""
     depths = {name: depth for name, depth in find_depths(gait).items() if depth > LEAST_DEPTH}
     if not depths:
         return []
     conditional = {entry.name for entry in gait.motion.contact_entries if entry.conditional}
     try:
-        armed = {each.contact: each.depth for each in find_penetrations(gait.robot, gait.motion)}
+        penetrations = sorted(find_penetrations(gait.robot, gait.motion), key=lambda each: each.depth)
+        armed = {each.contact: each for each in penetrations}  # the deepest one of each contact
     except GaitoptError:  # the file contains no robot that can be restored
         armed, conditional = {}, set()
     facts = Facts()
     for name, depth in depths.items():
-        text = f"{name} by up to {1e3 * max(depth, armed.get(name, 0.0)):.3g} mm in swing"
-        if name in armed:
-            text += f", and by up to {1e3 * armed[name]:.3g} mm while it is armed"
+        deepest = armed.get(name)
+        text = f"{name} by up to {1e3 * max(depth, deepest.depth if deepest else 0.0):.3g} mm in swing"
+        if deepest:
+            text += f", and by up to {1e3 * deepest.depth:.3g} mm while it is armed"
+            if not deepest.is_touchdown_from_below:
+                valid = ", so that its touchdown is valid" if deepest.lands else ""
+                text += f"; it then rises to {1e3 * deepest.rise:.3g} mm above the ground{valid}"
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
             text += ", while it is not armed"
         facts.append(("below ground", text))

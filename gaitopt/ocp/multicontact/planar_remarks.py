@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.ground_penetration import LEAST_DEPTH, Penetration
+from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -135,22 +135,15 @@ def report_early_touchdowns(
 
 
 def report_penetrations(penetrations: Sequence[Penetration]) -> tuple[str, ...]:
-    """Return a sentence for each contact that is below the ground while armed; small depths are left out.
+    """Return a sentence for each touchdown from below; the table of a gait states the depths of other swings.
 
     Parameters
     ----------
     penetrations : sequence of Penetration
     """
-    sentences = []
-    for penetration in penetrations:
-        if penetration.is_touchdown_from_below:
-            sentences.append(f"{penetration.describe_touchdown()}.")
-        elif penetration.depth > LEAST_DEPTH:
-            sentences.append(
-                f"{penetration.describe()}, and then rises to {1000 * penetration.rise:.2g} mm above it: its "
-                "touchdown is valid, but a larger threshold in `armed` of the contact would arm it above the ground."
-            )
-    return tuple(sentences)
+    return tuple(
+        f"{penetration.describe_touchdown()}." for penetration in penetrations if penetration.is_touchdown_from_below
+    )
 
 
 def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:
