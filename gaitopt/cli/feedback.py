@@ -79,8 +79,8 @@ def tune(
     the laws of such a robot are joint_pd, lqr and step_lqr.
 
     Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.  Ctrl-C
-    during the search ends it, and the best gains so far are printed and written without verification; Ctrl-C during the
-    verification ends only that.  The exit status is then 130.
+    during the search ends it, and the best gains so far are printed and written without verification;
+    Ctrl-C during the verification ends only that.  The exit status is then 130.
 
     Example: gaitopt tune compass_slip.h5 --law lqr --json
     """
@@ -97,13 +97,11 @@ def tune(
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        if not json:
-            _recommend_engine(gait)
-        family = _family_of(gait, law, torque_limit, stance_angle)
+        _recommend_engine(gait, hidden=json)
         announcement.begin()
         tuned = tune_feedback(
             gait,
-            family,
+            _family_of(gait, law, torque_limit, stance_angle),
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=search,
@@ -141,12 +139,12 @@ def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_ang
     return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
 
 
-def _recommend_engine(gait: "AnyGait") -> None:
-    """Print how the evaluations and the walks of a gait become faster, if they do."""
+def _recommend_engine(gait: "AnyGait", *, hidden: bool) -> None:
+    """Print how the evaluations and the walks of a gait become faster, if they do, unless output is hidden."""
     from gaitopt.motion.gait import Gait
     from gaitopt.simulation.engine_choice import default_engine, faster_walks
 
-    if isinstance(gait, Gait) and (advice := faster_walks(default_engine())):
+    if not hidden and isinstance(gait, Gait) and (advice := faster_walks(default_engine())):
         err.print(advice, soft_wrap=True)
 
 
