@@ -11,10 +11,11 @@ from attrs import evolve
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.motion import Motion
+from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.ocp.nlp.keys import Unknown, table_name
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
 from gaitopt.ocp.solution.infeasibility import conclude_failure
@@ -188,8 +189,15 @@ def _rank(gait: Gait) -> tuple[float, float]:
 
 
 def _same_solution(one: Gait, other: Gait) -> bool:
-    durations = [np.array([segment.duration for segment in gait.motion.segments]) for gait in (one, other)]
-    return is_same_solution((objective(one), objective(other)), (durations[0], durations[1]), abs(objective(one)))
+    durations = _read_durations(one), _read_durations(other)
+    return is_same_solution((objective(one), objective(other)), durations, abs(objective(one)))
+
+
+def _read_durations(gait: Gait) -> Array:
+    """Return the durations of the phases; those of the unknowns, because the motion is costly to evaluate."""
+    if gait.solution is not None:
+        return gait.solution.unknowns[table_name(Unknown.DURATION)].values[0]
+    return np.array([segment.duration for segment in gait.motion.segments])
 
 
 def coarsen(problem: GaitProblem) -> GaitProblem:

@@ -5,6 +5,7 @@ proportion to the interval it stands for.  Those of the dynamics are costates, a
 conditions at an instant, such as a foot at rest, do not depend on the grid.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +40,7 @@ class GridPlaces:
         phase are equal before and after.
         """
         if key in NODE_TABLES:
-            nodes = [at + i for i, at in enumerate(self._phases())]
+            nodes = [at + i for i, at in enumerate(self._phases)]
             places = np.concatenate([nodes[0], *(at[1:] for at in nodes[1:])]) / len(self.intervals)
             return places, np.full(count, 1 / count) if equal else _widths(places)
         phase = None if equal else self._phase_of(key)
@@ -51,16 +52,18 @@ class GridPlaces:
 
     def instants(self, number: int, row: Key) -> tuple[Array, Array]:
         """Return the fractions of a phase at which a row of its intervals holds, and the lengths it stands for."""
-        nodes = self._phases()[number]
+        nodes = self._phases[number]
         lengths = np.diff(nodes)
         shared = lengths if row.inner else lengths + np.concatenate([[0.0], lengths[:-1]])
         return nodes[:-1] + self.inner[row.inner] * lengths, shared
 
     def ends(self, number: int) -> Array:
         """Return the fractions of a phase at which its intervals end."""
-        return self._phases()[number][1:]
+        return self._phases[number][1:]
 
+    @functools.cached_property
     def _phases(self) -> list[Array]:
+        """The fractions of each phase at which its nodes are."""
         if self.fractions is not None:
             return [np.array(at) for at in self.fractions]
         return [np.linspace(0, 1, count + 1) for count in self.intervals]
@@ -68,7 +71,7 @@ class GridPlaces:
     def _phase_of(self, key: TableKey) -> Array | None:
         """Return the nodes of the phase of a table; None for a table of the step."""
         number = key[1] if isinstance(key, tuple) else None
-        return self._phases()[number] if number is not None and number < len(self.intervals) else None
+        return self._phases[number] if number is not None and number < len(self.intervals) else None
 
 
 def _widths(nodes: Array) -> Array:
