@@ -239,7 +239,7 @@ class BranchDiagram:
 
 
 def _branch_record(branch: GaitBranch) -> dict[str, Any]:
-    rows = zip(branch.values, branch.states, branch.multipliers, branch.sequences, branch.stable, strict=True)
+    columns = branch.values, branch.states, branch.multipliers, branch.radii, branch.sequences, branch.stable
     return {
         "kind": branch.kind,
         "period": branch.steps,
@@ -250,10 +250,11 @@ def _branch_record(branch: GaitBranch) -> dict[str, Any]:
                 "value": float(value),
                 "state": dict(zip(branch.names, state.tolist(), strict=True)),
                 "multipliers": _pairs(multipliers),
+                "radius": float(radius),
                 "stable": bool(stable),
                 "sequence": sequence,
             }
-            for value, state, multipliers, sequence, stable in rows
+            for value, state, multipliers, radius, sequence, stable in zip(*columns, strict=True)
         ],
         "special": [_special_record(point, branch.names) for point in branch.special],
         "begin": branch.begin,
