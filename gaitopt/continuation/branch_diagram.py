@@ -316,3 +316,34 @@ def count_steps(sequence: str) -> str:
     """
     steps = sequence.split("; ")
     return f"{len(steps)} x ({steps[0]})" if len(steps) > 1 and len(set(steps)) == 1 else sequence
+
+
+def name_gaits(sequence: str, steps: int) -> str:
+    """Return the name of the gaits of one period in a legend: their contact sequence, and the period if it is longer.
+
+    Parameters
+    ----------
+    sequence : str
+        As returned by :func:`distinct_steps`.
+    steps : int
+        Period of the gaits in steps.
+
+    Examples
+    --------
+    >>> name_gaits("stick | stick", 1), name_gaits("stick | stick", 4)
+    ('stick | stick', 'stick | stick, 4 steps')
+    """
+    return sequence if steps == 1 else f"{sequence}, {steps} steps"
+
+
+def list_gait_names(diagram: BranchDiagram) -> list[str]:
+    """Return the names of the gaits of a diagram in order of appearance, see :func:`name_gaits`; each has one colour.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> list_gait_names(load_diagram("docs/examples/compass_slope.nc"))[:2]
+    ['stick | stick', 'stick | stick, 2 steps']
+    """
+    pairs = ((branch.steps, name) for branch in diagram.branches for name in branch.sequences)
+    return list(dict.fromkeys(name_gaits(distinct_steps(name), steps) for steps, name in pairs))
