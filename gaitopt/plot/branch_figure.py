@@ -93,7 +93,7 @@ def plot_branches(
     >>> from gaitopt import load_diagram, plot_branches
     >>> figure = plot_branches(load_diagram("docs/examples/compass_slope.nc"))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['$\\theta_{1}$ after touchdown [deg]', 'spectral radius\\nof the period']
+    ['$\\theta_{1}$ after touchdown [deg]', 'spectral radius\nof the period']
     """
     if not diagram.branches:
         raise InputError("The diagram has no branches to draw.")
