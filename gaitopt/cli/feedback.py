@@ -89,7 +89,6 @@ def tune(
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
-    from gaitopt.tuning.tuning_file import save_tuning
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
     search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
@@ -108,8 +107,6 @@ def tune(
             test=test,
             observer=lambda step: display.describe(_progress(announcement.time_walk(step))),
         )
-    if output is not None:
-        save_tuning(tuned, output)
     _report_tuning(tuned, output, json=json)
     if tuned.search_interrupted or tuned.verified.interrupted:
         err.print(interrupt_text(tuned), soft_wrap=True)
@@ -120,7 +117,11 @@ def tune(
 
 
 def _report_tuning(tuned: "Tuning", output: Path | None, *, json: bool) -> None:
-    """Print the result of tuning and the file of the gains."""
+    """Write the gains, and print the result of tuning and the file."""
+    from gaitopt.tuning.tuning_file import save_tuning
+
+    if output is not None:
+        save_tuning(tuned, output)
     if json:
         print_json(tuning_facts(tuned))
         return

@@ -81,13 +81,15 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     if not cycles:
         out.print("no periodic gait found; try more --starts or another slope or friction")
         return
+    first = cycles[0]
+    excluded = f"; {first.motion.travel}, the position along the ground, does not repeat" if first.motion.travel else ""
     table = Table(
         box=box.SIMPLE,
         pad_edge=False,
         show_lines=True,
         title="periodic gaits",
-        caption=f"State (SI units, rad) after the event '{cycles[0].section}' and the leg exchange, if any. Critical "
-        "friction: lowest friction without slipping.",
+        caption=f"State (SI units, rad) after the event '{first.section}' and the leg exchange, if any{excluded}. "
+        "Critical friction: lowest friction without slipping.",
         title_justify="left",
         caption_justify="left",
     )
@@ -97,7 +99,7 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
     for cycle in cycles:
         table.add_row(
             cycle.sequence,
-            "\n".join(f"{name} {format_state(value)}" for name, value in cycle.state.items()),
+            "\n".join(f"{name} {format_state(value)}" for name, value in cycle.periodic_state.items()),
             f"{cycle.period:.7g}",
             "\n".join(format_multiplier(value) for value in cycle.multipliers),
             verdict_text("yes" if cycle.stable else "no", cycle.stable),

@@ -239,7 +239,7 @@ class BranchDiagram:
 
 
 def _branch_record(branch: GaitBranch) -> dict[str, Any]:
-    rows = zip(branch.values, branch.states, branch.multipliers, branch.sequences, branch.stable, strict=True)
+    columns = branch.values, branch.states, branch.multipliers, branch.radii, branch.sequences, branch.stable
     return {
         "kind": branch.kind,
         "period": branch.steps,
@@ -250,10 +250,11 @@ def _branch_record(branch: GaitBranch) -> dict[str, Any]:
                 "value": float(value),
                 "state": dict(zip(branch.names, state.tolist(), strict=True)),
                 "multipliers": _pairs(multipliers),
+                "radius": float(radius),
                 "stable": bool(stable),
                 "sequence": sequence,
             }
-            for value, state, multipliers, sequence, stable in rows
+            for value, state, multipliers, radius, sequence, stable in zip(*columns, strict=True)
         ],
         "special": [_special_record(point, branch.names) for point in branch.special],
         "begin": branch.begin,
@@ -315,3 +316,34 @@ def count_steps(sequence: str) -> str:
     """
     steps = sequence.split("; ")
     return f"{len(steps)} x ({steps[0]})" if len(steps) > 1 and len(set(steps)) == 1 else sequence
+
+
+def name_gaits(sequence: str, steps: int) -> str:
+    """Return the name of the gaits of one period in a legend: their contact sequence, and the period if it is longer.
+
+    Parameters
+    ----------
+    sequence : str
+        As returned by :func:`distinct_steps`.
+    steps : int
+        Period of the gaits in steps.
+
+    Examples
+    --------
+    >>> name_gaits("stick | stick", 1), name_gaits("stick | stick", 4)
+    ('stick | stick', 'stick | stick, 4 steps')
+    """
+    return sequence if steps == 1 else f"{sequence}, {steps} steps"
+
+
+def list_gait_names(diagram: BranchDiagram) -> list[str]:
+    """Return the names of the gaits of a diagram in order of appearance, see :func:`name_gaits`; each has one colour.
+
+    Examples
+    --------
+    >>> from gaitopt import load_diagram
+    >>> list_gait_names(load_diagram("docs/examples/compass_slope.nc"))[:2]
+    ['stick | stick', 'stick | stick, 2 steps']
+    """
+    pairs = ((branch.steps, name) for branch in diagram.branches for name in branch.sequences)
+    return list(dict.fromkeys(name_gaits(distinct_steps(name), steps) for steps, name in pairs))

@@ -74,6 +74,9 @@ def _are_same(one: AnyCycle, other: AnyCycle) -> bool:
     """Return whether two gaits of a problem are the same."""
     if isinstance(one, Cycle) and isinstance(other, Cycle):
         return same_gait(one, other)
-    return one.state.keys() == other.state.keys() and all(
-        abs(value - other.state[name]) <= SAME for name, value in one.state.items()
+    if isinstance(one, Cycle) or isinstance(other, Cycle):
+        return False
+    states = one.periodic_state, other.periodic_state
+    return states[0].keys() == states[1].keys() and all(
+        abs(value - states[1][name]) <= SAME for name, value in states[0].items()
     )

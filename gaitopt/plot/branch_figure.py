@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, distinct_steps, split_branch
+from gaitopt.continuation.branch_diagram import (
+    BranchDiagram,
+    GaitBranch,
+    list_gait_names,
+    name_gaits,
+    split_branch,
+)
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
@@ -33,10 +39,16 @@ MARKERS = {
 }
 """Marker of each kind of special point; ends of branches are crosses."""
 
+MARKER, LEAST_MARKER = 5.0, 2.0
+"""Sizes of the markers of gaits of one step, and of the longest periods, whose special points are close together."""
+
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
 STABLE_PIECE, UNSTABLE_PIECE = "_stable", "_unstable"
 """Labels of the lines of stable and unstable gaits, which have no entries in the legend."""
+
+RADIUS_LABELS = ("spectral radius", "spectral radius\nof the period")
+"""Labels of the axis of spectral radii, if all gaits have one step and otherwise."""
 
 LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown."""
@@ -46,6 +58,9 @@ NO_BREAK = "\N{NO-BREAK SPACE}"
 LINE, LONGEST_CHANGES = 58, 116
 """Characters of a line of the title, and of the changed parameters in it; longer ones are counted."""
 
+LETTERS_PER_INCH, AXIS_WIDTH = 15.5, 0.75
+"""Characters of the title per inch, and width of the labels of the vertical axis, where it does not extend [inch]."""
+
 
 @check_arguments
 def plot_branches(
@@ -53,8 +68,9 @@ def plot_branches(
 ) -> "Figure":
     r"""Draw the branches of a diagram: stable gaits as solid, unstable gaits as dashed lines.
 
-    The upper panel shows a coordinate of the gaits after touchdown, the lower one their spectral radius.  A colour
-    means one contact sequence in both panels, a marker one kind of special point.
+    The upper panel shows a coordinate of the gaits after touchdown, at the start of each step of their period, the
+    lower one the spectral radius over this period.  A colour means one contact sequence and period in both panels, a
+    marker one kind of special point; the markers of gaits of longer periods are smaller.
 
     Parameters
     ----------
@@ -77,7 +93,7 @@ def plot_branches(
     >>> from gaitopt import load_diagram, plot_branches
     >>> figure = plot_branches(load_diagram("docs/examples/compass_slope.nc"))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['$\\theta_{1}$ after touchdown [deg]', 'spectral radius']
+    ['$\\theta_{1}$ after touchdown [deg]', 'spectral radius\nof the period']
     """
     if not diagram.branches:
         raise InputError("The diagram has no branches to draw.")
@@ -87,7 +103,8 @@ def plot_branches(
         raise InputError(f"The gaits have no coordinate {coordinate!r}. {suggest(coordinate, units)}")
     style, factor = style or FigureStyle(), math.degrees(1) if units[coordinate] == "rad" else 1.0
     angular = diagram.unit == "rad"
-    colors = _sequence_colors(diagram)
+    colors = {name: line_style(number)["color"] for number, name in enumerate(list_gait_names(diagram))}
+    several_steps = any(branch.steps > 1 for branch in diagram.branches)
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for branch in diagram.branches:
@@ -100,7 +117,7 @@ def plot_branches(
             _draw_branch(lower, branch, values, np.minimum(branch.radii, 2 * LARGEST_RADIUS), colors, joined=False)
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
-        lower.set(ylabel="spectral radius", xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
+        lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
         _state_cut_radii(lower, diagram)
         figure.align_ylabels()
         unit = "deg" if units[coordinate] == "rad" else units[coordinate]
@@ -108,7 +125,7 @@ def plot_branches(
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         if style.titled:
-            upper.set_title(_title(diagram), loc="left", fontsize="medium")
+            upper.set_title(_title(diagram, style.width), loc="left", fontsize="medium")
     return figure
 
 
@@ -126,7 +143,7 @@ def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
         axes.set_title(text, loc="right", fontsize="medium")
 
 
-def _title(diagram: BranchDiagram) -> str:
+def _title(diagram: BranchDiagram, width: float) -> str:
     """Return the title: the robot, and slope and friction unless they are varied; below, what is not the default."""
     values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
     if "slope" in values and diagram.parameter != "slope":
@@ -134,12 +151,12 @@ def _title(diagram: BranchDiagram) -> str:
     if "friction" in values and diagram.parameter != "friction":
         friction = values["friction"]
         facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
-    changes = _describe_changes(diagram)
+    changes = _describe_changes(diagram, min(LINE, int(LETTERS_PER_INCH * (width - AXIS_WIDTH))))
     return ", ".join(facts) + (f"\n{changes}" if changes else "")
 
 
-def _describe_changes(diagram: BranchDiagram) -> str:
-    """Return the parameters of a robot of the catalogue that do not have their default, in words if they are many."""
+def _describe_changes(diagram: BranchDiagram, letters: int) -> str:
+    """Return the parameters of a robot of the catalogue that are not the defaults, in lines; their number if many."""
     try:
         robot = robot_named(diagram.robot)
     except InputError:  # a custom robot
@@ -153,7 +170,7 @@ def _describe_changes(diagram: BranchDiagram) -> str:
     text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
     if len(text) > LONGEST_CHANGES:
         return f"{len(changes)} parameters are not the defaults"
-    return "\n".join(textwrap.wrap(text, LINE)).replace(NO_BREAK, " ")
+    return "\n".join(textwrap.wrap(text, letters)).replace(NO_BREAK, " ")
 
 
 def angle_symbol_of(coordinate: str) -> str:
@@ -178,12 +195,6 @@ def _parameter_label(diagram: BranchDiagram) -> str:
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
-def _sequence_colors(diagram: BranchDiagram) -> dict[str, Any]:
-    """Return a colour for the contact sequences of the gaits, in order of appearance."""
-    names = dict.fromkeys(distinct_steps(name) for branch in diagram.branches for name in branch.sequences)
-    return {name: line_style(number)["color"] for number, name in enumerate(names)}
-
-
 def _draw_branch(
     axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], *, joined: bool = True
 ) -> None:
@@ -195,7 +206,7 @@ def _draw_branch(
         axes.plot(
             values[piece],
             rows[piece],
-            color=colors[sequence],
+            color=colors[name_gaits(sequence, branch.steps)],
             label=STABLE_PIECE if stable else UNSTABLE_PIECE,
             **(STABLE if stable else UNSTABLE),
         )
@@ -203,6 +214,7 @@ def _draw_branch(
 
 def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float) -> None:
     """Mark the special points of a branch at each step of their period."""
+    size = max(MARKER / math.sqrt(branch.steps), LEAST_MARKER)
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
         heights = factor * branch.orbit_of(point)[:, place]
@@ -213,9 +225,9 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
             heights,
             linestyle="none",
             marker=MARKERS.get(key, "x"),
-            markersize=5,
+            markersize=size,
             color="0.15",
-            markeredgewidth=1.0,
+            markeredgewidth=size / MARKER,
             zorder=5,
             label=point.kind.label,
             **fill,
@@ -223,7 +235,7 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
 
 
 def _legend(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:
-    """Return one entry for each contact sequence and each kind of special point, and for unstable gaits if any."""
+    """Return one entry for each kind of gaits and each kind of special point, and for unstable gaits if any."""
     from matplotlib.lines import Line2D
 
     entries: dict[str, Any] = {name: Line2D([], [], color=color) for name, color in colors.items()}

@@ -9,6 +9,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Segment
 from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.shown_limits import select_near_limits
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.impulse_marks import draw_actuator_impulses
 from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, foot_line_style, line_style
@@ -219,27 +220,31 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
     for row, name in chosen:
         values = [part.torque[row] for part in view.segments]
         _draw_line(axes, view, values, label=angle_symbol(name), **line_style(numbers[name]))
-    _draw_limits(axes, view, [name for _, name in chosen])
+    _draw_limits(axes, view, chosen, unit)
     draw_actuator_impulses(axes, view, {row: numbers[name] for row, name in chosen}, unit)
 
 
-def _draw_limits(axes: "Axes", view: MotionView, names: Sequence[str]) -> None:
-    """Draw the finite limits of actuators: one of all actuators in grey, others in the colours of their actuators.
+def _draw_limits(axes: "Axes", view: MotionView, chosen: Sequence[tuple[int, str]], unit: str) -> None:
+    """Draw the limits near the values: one of all actuators in grey, others in the colours of their actuators.
 
-    A limit of zero is that of an idle actuator, whose line is its limit.
+    The legend states a common limit that is not drawn, or that some limits are not drawn.  A limit of zero is that of
+    an idle actuator, whose line is its limit.
     """
-    numbers, limits = _number_channels(view), {name: float(view.limits.get(name, np.inf)) for name in names}
-    if len(set(limits.values())) == 1:
-        drawn = [(limits[names[0]], "limit", LIMIT)]
-    else:
-        drawn = [
-            (limit, f"limit, {angle_symbol(name)}", LIMIT | {"color": line_style(numbers[name])["color"]})
-            for name, limit in limits.items()
-        ]
-    for limit, label, style in drawn:
-        if np.isfinite(limit) and limit > 0:
-            axes.axhline(limit, label=label, **style)
-            axes.axhline(-limit, **style)
+    numbers, limits = _number_channels(view), {name: float(view.limits.get(name, np.inf)) for _, name in chosen}
+    values = np.concatenate([part.torque[row] for part in view.segments for row, _ in chosen] or [np.zeros(1)])
+    common = len(set(limits.values())) == 1
+    finite = {name: limit for name, limit in limits.items() if np.isfinite(limit) and limit > 0}
+    near = {name: select_near_limits(values, (limit, -limit)) for name, limit in finite.items()}
+    for number, (name, levels) in enumerate(near.items()):
+        color = {} if common else {"color": line_style(numbers[name])["color"]}
+        label = "limit" if common else f"limit, {angle_symbol(name)}"
+        for place, level in enumerate(levels if number == 0 or not common else []):
+            axes.axhline(level, label=None if place else label, **(LIMIT | color))
+    if not all(near.values()):
+        label = "others not drawn" if any(near.values()) else "limits not drawn"
+        if common:
+            label = rf"limit $\pm${next(iter(finite.values())):g} {unit}"
+        axes.plot([], [], linestyle="none", label=label)  # short, since the key of a panel has little space
 
 
 def _draw_impulses(axes: "Axes", view: MotionView) -> None:

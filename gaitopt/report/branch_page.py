@@ -8,7 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, distinct_steps, split_branch
+from gaitopt.continuation.branch_diagram import (
+    BranchDiagram,
+    GaitBranch,
+    count_steps,
+    list_gait_names,
+    name_gaits,
+    split_branch,
+)
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.errors import InputError
@@ -128,10 +135,10 @@ def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_ShownGa
     drawing = chart.draw()
     for part in [*drawing.findall("polyline"), *drawing.findall("circle")]:
         drawing.remove(part)  # branches are drawn by stability
-    sequences = list(dict.fromkeys(distinct_steps(name) for branch in diagram.branches for name in branch.sequences))
+    names = list_gait_names(diagram)
     for branch in diagram.branches:
         values, heights = _values(diagram, branch), _heights(branch, coordinate)
-        drawing.extend(_branch_lines(chart, branch, values, heights, sequences))
+        drawing.extend(_branch_lines(chart, branch, values, heights, names))
     for place in places:
         branch = diagram.branches[place.branch]
         height = float(_heights(branch, coordinate)[0][place.number])
@@ -146,7 +153,7 @@ def _draw_diagram(diagram: BranchDiagram, coordinate: str, places: list[_ShownGa
             drawing.extend([mark, element("text", str(number), class_="number", x=round(x + 3, 1), y=round(y - 4, 1))])
     key = [
         element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
-        for number, name in enumerate(sequences)
+        for number, name in enumerate(names)
     ]
     caption = element("figcaption", "Branches: solid stable, dashed unstable")
     return element("figure", caption, drawing, element("p", *key, class_="sequences"), class_="diagram")
@@ -205,11 +212,11 @@ def _special_heights(branch: GaitBranch, coordinate: str, point: SpecialPoint) -
 
 
 def _branch_lines(
-    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], sequences: list[str]
+    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], names: list[str]
 ) -> Iterator[Element]:
-    """Yield the pieces of a branch of equal sequence and stability as lines in the colour of the sequence."""
+    """Yield the pieces of a branch of equal sequence and stability as lines in the colour of sequence and period."""
     for piece, sequence, stable in split_branch(branch):
-        kind, colour = "stable" if stable else "unstable", sequences.index(sequence) % COLOURS
+        kind, colour = "stable" if stable else "unstable", names.index(name_gaits(sequence, branch.steps)) % COLOURS
         for row in heights:
             places = [chart.place(float(x), float(y)) for x, y in zip(values[piece], row[piece], strict=True)]
             yield element("polyline", class_=f"line line-{colour} {kind}", points=points(*places))

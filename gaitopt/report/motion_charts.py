@@ -10,6 +10,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.shown_limits import select_near_limits
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.chart import Chart, Curve, Stem
 from gaitopt.report.walker_drawing import role_of
@@ -27,7 +28,7 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
     ----------
     motion : Motion, PlanarMotion or MotionView
     torque_limits : mapping of str to float
-        Limits of the actuators [N m or N], or empty; inf is not drawn.
+        Limits of the actuators [N m or N], or empty; those far from the values are not drawn.
     """
     view = view_motion(motion)
     friction, several = view.parameters["friction"], not view.is_single_support
@@ -87,11 +88,12 @@ def _coordinate_chart(
 
 
 def _actuator_chart(view: MotionView, unit: str, title: str, quantity: str, every: Mapping[str, Any]) -> Chart | None:
-    """Return the chart of the actuators of a unit with their limits, if there are any."""
+    """Return the chart of the actuators of a unit with the limits near their values, if there are any actuators."""
     rows = [(row, channel.name) for row, channel in enumerate(view.actuators) if channel.unit == unit]
     curves = [(name, [part.torque[row] for part in view.segments]) for row, name in rows]
     known = [float(every[name]) for _, name in rows if name in every]
-    limits = tuple(sorted({sign * limit for limit in known if np.isfinite(limit) for sign in (1, -1)}))
+    values = np.concatenate([part for _, parts in curves for part in parts] or [np.zeros(1)])
+    limits = tuple(select_near_limits(values, sorted({sign * limit for limit in known for sign in (1, -1)})))
     return _joint_chart(view, title, f"{quantity} [{unit}]", unit, curves, limits)
 
 

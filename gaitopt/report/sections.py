@@ -135,10 +135,11 @@ def cycle_card(cycle: AnyCycle) -> Element:
 
 def _cycle_table(cycle: AnyCycle) -> Element:
     """Return the facts of a periodic gait as a table."""
+    state = cycle.periodic_state if isinstance(cycle, PlanarCycle) else cycle.state
     facts = [
         ("sequence", cycle.sequence),
         ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
-        *((name, f"{value:.9g}") for name, value in cycle.state.items()),
+        *((name, f"{value:.9g}") for name, value in state.items()),
         ("period", f"{cycle.period:.7g} s"),
         ("travel", f"{cycle.travel:.7g} m"),
         ("critical friction", describe_critical_friction(cycle.critical_friction, cycle.sequence)),

@@ -2,14 +2,20 @@
 
 import json
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from gaitopt import save
 from gaitopt.cli.app import app
+from gaitopt.cli.planar_walks import print_planar_cycles
+from gaitopt.cli.script import call_script
+from gaitopt.continuation.gait_lookup import _are_same
 from gaitopt.errors import InputError
-from gaitopt.stability import assess_planar
+from gaitopt.report.sections import cycle_card
+from gaitopt.stability import assess_planar, find_planar_cycle
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
 NAMES = "kneed_walker", "hopper", "round_feet", "monopod"
@@ -176,3 +182,24 @@ def test_a_sweep_of_a_robot_with_several_contacts_is_a_command(tmp_path):
     facts = json.loads(result.stdout)
     assert [point["status"] for point in facts["points"]] == ["solved", "solved"]
     assert facts["points"][0]["verified"]
+
+
+def test_the_position_along_the_ground_is_not_part_of_the_printed_state(capsys):
+    """It is arbitrary: the same gait that begins 0.36 m farther has the same printed state."""
+    problem = call_script(Path(KNEES), [])
+    cycle = next(problem.search(1))
+    q, v = np.split(cycle.start.y, 2)
+    along = problem.robot.coordinates.index(problem.robot.travel)
+    q[along] += 0.36
+    moved = find_planar_cycle(problem.robot, q, v, problem.parameters, section=problem.section)
+    assert abs(moved.state[problem.robot.travel] - cycle.state[problem.robot.travel]) > 0.3
+    printed = []
+    for each in (cycle, moved):
+        print_planar_cycles((each,))
+        printed.append(capsys.readouterr().out)
+    name = problem.robot.travel
+    assert not any(line.strip().startswith(f"{name} ") for line in printed[1].splitlines())
+    assert f"{name}, the position along the ground, does not repeat" in " ".join(printed[1].split())
+    assert f"{name}_rate" in printed[1]
+    assert _are_same(cycle, moved)
+    assert name not in {cell.text for cell in cycle_card(moved).iter("th")}

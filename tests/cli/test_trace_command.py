@@ -45,6 +45,9 @@ def test_a_range_has_the_unit_of_the_script(command, root, folder):
     assert math.degrees(doubling["value"]) == pytest.approx(4.390898, abs=5e-7)  # Goswami's compass
     assert set(doubling) >= {"kind", "value", "width", "state", "before", "after"}
     assert set(branch["points"][0]) >= {"value", "state", "multipliers", "stable"}
+    for point in branch["points"]:
+        assert point["radius"] == pytest.approx(max(math.hypot(*pair) for pair in point["multipliers"]))
+        assert point["stable"] is (point["radius"] < 1)
     assert branch["points"][0]["stable"] is True
     assert branch["points"][-1]["stable"] is False
     assert result.json["ratios"] == []

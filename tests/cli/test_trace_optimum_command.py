@@ -1,5 +1,6 @@
 """gaitopt trace of a script that states an optimal-control problem."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,9 @@ def test_a_script_of_a_gait_problem_gives_branches_of_optimal_gaits(command, roo
     )
     assert {"value", "state", "multipliers", "stable", "cost"} <= set(branch["points"][0])
     assert {point["replay"] for point in branch["points"]} == {"passed"}
+    for point in branch["points"]:
+        assert point["radius"] == pytest.approx(max(math.hypot(*pair) for pair in point["multipliers"]))
+        assert point["stable"] is (point["radius"] < 1)
     assert branch["special"][0]["constraint"] == "forward friction cone at phase 1 (stick), node 10"
     assert result.json["ratios"] == []
     assert load_optima(folder / "optima.nc").records()["branches"] == result.json["branches"]
@@ -69,6 +73,7 @@ def test_an_interrupt_keeps_the_gaits_followed(command, root, folder, monkeypatc
     assert result.status == 130
     assert result.json["complete"] is False
     assert len(result.json["branches"][0]["points"]) == 3
+    assert {point["radius"] for point in result.json["branches"][0]["points"]} == {None}
 
 
 @pytest.mark.slow

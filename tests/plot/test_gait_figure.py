@@ -108,6 +108,37 @@ def test_torque_limits_and_cone_are_drawn_where_they_are_finite(slipping):
     assert levels("torques") == levels("force ratio") == set()
 
 
+@pytest.mark.parametrize(("factor", "drawn"), [(1.02, True), (1.4, True), (3.0, False), (30.0, False)])
+def test_the_torque_axis_is_scaled_to_the_torques(slipping, factor, drawn):
+    """A limit far from the torques is stated in the legend only, so that the torques are not flat."""
+    torques = np.hstack([segment.torque for segment in slipping.motion.segments])
+    limit = round(factor * np.abs(torques).max(), 2)
+    gait = replace(slipping, problem={**slipping.problem, "torque_limit": {"ankle": limit, "hip": limit}})
+    axes = axes_of(plot_gait(gait))["torques"]
+    assert np.ptp(torques) > 0.4 * np.ptp(axes.get_ylim())
+    levels = {abs(line.get_ydata()[0]) for line in axes.lines if len(line.get_ydata()) == 2}
+    labels = axes.get_legend_handles_labels()[1]
+    assert levels == ({limit} if drawn else set())
+    assert labels[2:] == (["limit"] if drawn else [rf"limit $\pm${limit:g} N m"])
+    check_texts(plot_gait(gait, style=FigureStyle(width=3.5)))
+
+
+@pytest.mark.parametrize(
+    ("limits", "labels"),
+    [
+        ({"ankle": 60.0, "hip": 6.0}, ["limit, hip", "others not drawn"]),
+        ({"ankle": 60.0, "hip": 50.0}, ["limits not drawn"]),
+        ({"ankle": 7.0, "hip": 6.0}, ["limit, ankle", "limit, hip"]),
+        ({"ankle": 60.0, "hip": np.inf}, ["limits not drawn"]),
+        ({"ankle": 0.0, "hip": np.inf}, []),
+    ],
+)
+def test_limits_of_single_actuators_are_drawn_or_stated_not_to_be(slipping, limits, labels):
+    figure = plot_gait(replace(slipping, problem={**slipping.problem, "torque_limit": limits}))
+    assert axes_of(figure)["torques"].get_legend_handles_labels()[1][2:] == labels
+    check_texts(figure)
+
+
 def test_force_ratio_of_a_slip_lies_on_the_cone_and_lost_contact_is_left_out(slipping):
     slip = slipping.motion.segments[0]
     np.testing.assert_allclose(sample_force_ratio(slip), -0.14, rtol=1e-6)

@@ -9,6 +9,7 @@ import pytest
 
 from gaitopt import InputError, WalkProblem, compass_biped, load_diagram
 from gaitopt.report import write_branch_page
+from gaitopt.report.branch_page import _draw_diagram
 from gaitopt.report.page import read_asset
 from tests.conftest import ROOT
 
@@ -69,3 +70,12 @@ def test_invalid_requests_are_named(diagram, tmp_path):
         write_branch_page(diagram, walker, tmp_path / "page.html", coordinate="th3")
     with pytest.raises(InputError, match="no branches to draw"):
         write_branch_page(replace(diagram, branches=()), walker, tmp_path / "page.html")
+
+
+def test_gaits_of_longer_periods_have_a_colour_and_an_entry_in_the_key():
+    diagram = load_diagram(ROOT / "docs/examples/compass_slope.nc")
+    drawing = _draw_diagram(diagram, "th1", [])
+    key = ["".join(entry.itertext()) for entry in drawing.iter("span")]
+    assert key == ["stick | stick", *(f"stick | stick, {steps} steps" for steps in (2, 4, 8, 16))]
+    lines = {line.get("class").split()[1] for line in drawing.iter("polyline")}
+    assert lines == {f"line-{number}" for number in range(5)}

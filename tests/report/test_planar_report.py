@@ -68,8 +68,17 @@ def test_charts_are_as_long_as_the_period_and_contain_no_nan(hop_gait):
     for chart in charts:
         assert (chart.x_axis.low, chart.x_axis.high) == (0.0, pytest.approx(hop_gait.period))
         assert all(np.isfinite(piece).all() for line in chart.lines for piece in line.y)
-    assert charts[2].limits == (-30.0, 30.0)
     assert charts[3].limits == ()
+
+
+def test_limits_far_from_the_torques_are_not_drawn(hop_gait):
+    (chart,) = (chart for chart in time_charts(hop_gait.motion, {"hip": 30.0}) if chart.title == "Torques")
+    assert chart.limits == ()
+    near = 1.2 * max(float(np.abs(piece).max()) for line in chart.lines for piece in line.y)
+    assert near < 20  # of an axis from -30 to 30 N m, the curve would fill a third
+    (chart,) = (chart for chart in time_charts(hop_gait.motion, {"hip": near}) if chart.title == "Torques")
+    assert set(chart.limits) <= {near, -near}
+    assert chart.limits
 
 
 def test_a_gait_is_displayed_in_a_notebook(hop_gait):

@@ -151,11 +151,16 @@ class OptimalBranch:
         return np.asarray(self.negative == 0)
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
-        """Whether the multipliers of each replayed gait lie inside the unit circle, shape (K,)."""
+    def radii(self) -> Array:
+        """Spectral radius of each replayed gait; nan without a replay, shape (K,)."""
         known = np.isfinite(self.multipliers).any(axis=1)
         radii = np.max(np.where(np.isfinite(self.multipliers), np.abs(self.multipliers), 0.0), axis=1, initial=0.0)
-        return np.asarray(known & (radii < 1))
+        return np.where(known, radii, np.nan)
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the multipliers of each replayed gait lie inside the unit circle, shape (K,)."""
+        return np.asarray(self.radii < 1)
 
     def special_of(self, kind: str) -> tuple[OptimalSpecialPoint, ...]:
         """Return the special points of a kind."""
@@ -163,12 +168,14 @@ class OptimalBranch:
 
     def record(self) -> dict[str, Any]:
         """Return the branch as plain data; a multiplier is a pair [real part, imaginary part]."""
+        radii = self.radii
         points = [
             {
                 "value": float(value),
                 "state": dict(zip(self.names, self.states[k].tolist(), strict=True)),
                 "multipliers": [[one.real, one.imag] for one in self.multipliers[k].tolist() if np.isfinite(one)],
-                "stable": bool(self.stable[k]) if self.replayed[k] else None,
+                "radius": float(radii[k]),
+                "stable": bool(radii[k] < 1) if self.replayed[k] else None,
                 "cost": float(self.costs[k]),
                 "cost_slope": float(self.cost_slopes[k]),
                 "cost_error": float(self.cost_errors[k]),

@@ -50,7 +50,8 @@ class PlanarCycle:
     section : str
         Event right after which the state is periodic.
     state : dict of str to float
-        State on the section after the leg exchange, by the names of coordinates and rates.
+        State on the section after the leg exchange, by the names of coordinates and rates; the coordinate of travel has
+        an arbitrary value, since it does not repeat.
     period : float [s]
     travel : float
         Forward travel over the period [m].
@@ -102,6 +103,11 @@ class PlanarCycle:
     def sequence(self) -> str:
         """Contact modes of the period; see :attr:`PlanarMotion.sequence`."""
         return self.motion.sequence
+
+    @property
+    def periodic_state(self) -> dict[str, float]:
+        """State without the coordinate of travel, which does not repeat: a gait may begin anywhere along the ground."""
+        return {name: value for name, value in self.state.items() if name != self.motion.travel}
 
     @property
     def radius(self) -> float:
