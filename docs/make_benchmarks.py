@@ -35,8 +35,8 @@ the optimal value, relative to a very fine grid. Because the accuracy of the too
 coarsest grid on which it is at least as accurate, such as "6 of 3 points", which has 6 intervals of 3 points each. The
 ratio is the time of gaitopt divided by that of the tool; below 1, gaitopt is faster. The times of gaitopt include the
 assembly of the robot from its bodies, whereas the scripts contain the equations of motion in explicit form. The grid
-refinement of gaitopt is switched off (`tolerance=inf`), because the other tools do not refine either. The check between
-the nodes and the motion, work and energy of the result are then evaluated only when they are accessed, which is not
+refinement of gaitopt is switched off (`tolerance=inf`), because the other tools do not refine either. The error between
+the nodes, and the motion, work and energy of the result, are then evaluated only when they are accessed, which is not
 timed here. By default, grids as coarse as these are refined.
 """
 

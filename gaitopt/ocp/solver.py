@@ -95,8 +95,9 @@ def solve(
         objective or an open sequence have one start: their guess or the linear guess.  Others have two or three: the
         gait of least squared torques, that of the sequence ``"stick | stick"`` if the foot slips, and, unless these two
         nearly agree or lead to the same solution, the linear guess with a delayed swing.  With 1, the start is the
-        guess of the problem or the linear guess; further starts are the linear guess and random perturbations with
-        fixed seeds.
+        guess of the problem or the linear guess.  A larger number is taken in this order from the guess of the problem,
+        the three starts above and the linear guess (for a smooth objective, the linear guess without and with a delayed
+        swing), and random perturbations of the linear guess with fixed seeds.
     solver : Newton or Ipopt, optional
         :class:`gaitopt.Newton` by default: Newton's method for smooth objectives, otherwise Ipopt.
     homotopy : Homotopy, optional

@@ -94,7 +94,7 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
         following = (slippery if patch and PATCH[0] < step <= PATCH[1] else nominal).walk_step(state).following
         if following is None:
             place = "of the walk over the patch" if patch else "after the push"
-            ended = f"{LABEL.get(name, name)}, step {step} {place}"
+            ended = f"{LABEL.get(name, name)}, in step {step} {place}"
             break
         state = following
         values.append(np.max(np.abs(state - reference)[2:]))
@@ -112,10 +112,11 @@ def _remarks(closed_loops, work, sizes, ends):
     least, most = (choose(list(work.values())) / (10 * undisturbed) for choose in (np.nanmin, np.nanmax))
     yield (
         f"On the gait itself feedback has no cost. After pushes of up to {sizes[-1]:g} rad/s in either direction, the "
-        f"joint work of ten steps differs by {100 * least:+.1f} to {100 * most:+.1f} % from that of ten steps of the "
-        "gait."
+        f"joint work of ten steps, if they are completed, differs by {100 * least:+.1f} to {100 * most:+.1f} % from "
+        "that of ten steps of the gait."
     )
-    yield f"A cross marks the step in which a walk ends early: {'; '.join(ends)}." if ends else "No walk ends early."
+    early = f"A cross marks the last touchdown of a walk that ends early: {'; '.join(ends)}."
+    yield early if ends else "No walk ends early."
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 """Cost of transport of four contact sequences as a function of friction, and the crossovers between them.
 
-Each contact sequence is swept over friction in both directions, and every gait is replayed. The lower the friction, the
-larger the benefit of slip: forward at touchdown, and backward at the end of the step. The band at the top has the
-colour of the sequence of lowest cost. A hollow marker denotes a slip phase of minimum duration, whose bound is active.
+Each contact sequence is swept over friction in both directions, and every gait is replayed. At low friction, forward
+slip at touchdown and backward slip at the end of the step reduce the cost; at high friction, neither does. The band at
+the top has the colour of the sequence of lowest cost. A hollow marker denotes a slip phase of minimum duration, whose
+bound is active.
 """
 
 import numpy as np
