@@ -38,12 +38,14 @@ AFTER_THE_SOLVE = (
     "gaitopt.simulation.verification",
     "gaitopt.ocp.solution.certification",
     "gaitopt.motion.archive",
-    "gaitopt.cli.gait_output",
     "gaitopt.model.physics",
     "numpy.random",
     "h5py",
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
+
+TABLE = "gaitopt.cli.gait_output"
+"""Module of the table of a gait, which --quiet hides."""
 
 SWITCH_INTERVAL = 2e-4
 """Time after which the importing thread yields to the solver [s].  An iteration of the solver needs Python for a
@@ -133,7 +135,8 @@ def solve(
         out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
-        gait = solve_problem(problem, observer=import_during_solve(AFTER_THE_SOLVE, observer))
+        later = AFTER_THE_SOLVE if json or quiet else (*AFTER_THE_SOLVE, TABLE)
+        gait = solve_problem(problem, observer=import_during_solve(later, observer))
         gait = gait.replace_fields(problem={**gait.problem, "script": gait.problem.get("script") or script})
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
@@ -195,7 +198,6 @@ def _save_and_report(
 ) -> bool:
     """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted."""
     from gaitopt.cli.failed_solve import report_failure, write_failure
-    from gaitopt.cli.gait_output import print_gait
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
@@ -211,7 +213,9 @@ def _save_and_report(
     if json:
         files = {"file": written, "failure_file": failed and failed.path}
         print_json(summarise(gait) | {name: None if file is None else str(file) for name, file in files.items()})
-    else:
+    elif not out.quiet:
+        from gaitopt.cli.gait_output import print_gait
+
         print_gait(gait)
         if written:
             report_file(written)
