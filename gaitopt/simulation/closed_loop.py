@@ -5,7 +5,7 @@ Function once per robot, contact mode and form of law.
 """
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import casadi as ca
 import numpy as np
@@ -21,6 +21,7 @@ from gaitopt.model.contacts.transition import ContactQuantities
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
+from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

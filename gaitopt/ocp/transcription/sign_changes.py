@@ -12,7 +12,6 @@ bound, so that the cost is bounded from below.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -27,6 +26,7 @@ from gaitopt.ocp.transcription.bernstein import (
     zeros_inside,
 )
 from gaitopt.ocp.transcription.grid import Phase
+from gaitopt.records import dataclass
 
 MAX_ZEROS = 2
 """Number of sign changes per interval and actuator whose movement is included in the data."""
