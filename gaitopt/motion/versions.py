@@ -1,10 +1,9 @@
 """Versions of gaitopt and of the packages on which its results depend."""
 
-import contextlib
 import functools
-import os
 import platform
 import sys
+from pathlib import Path
 
 UNKNOWN = "0+unknown"
 """Version of a package that is not installed."""
@@ -19,22 +18,12 @@ def versions() -> dict[str, str]:
 @functools.cache
 def _version_of(name: str) -> str:
     """Return the version in the name of the folder with a package's metadata; their reader takes long to import."""
-    for folder in _list_metadata():
-        package, _, version = folder.removesuffix(".dist-info").partition("-")
-        if package == name:
-            return version
+    for entry in sys.path:
+        for folder in Path(entry).glob(f"{name}-*.dist-info"):
+            return folder.stem.partition("-")[2]
     from importlib import metadata
 
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return UNKNOWN
-
-
-def _list_metadata() -> list[str]:
-    """Return the names of the folders with the metadata of packages, in the order in which packages are found."""
-    folders: list[str] = []
-    for entry in sys.path:
-        with contextlib.suppress(OSError):  # an archive, or a folder that does not exist
-            folders += [folder.name for folder in os.scandir(entry or ".") if folder.name.endswith(".dist-info")]
-    return folders
