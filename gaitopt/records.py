@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 T = TypeVar("T")
 
-_assign = object.__setattr__
-
 if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
 else:
@@ -61,9 +59,9 @@ else:
 
 def _set_once(self: Any, name: str, value: object) -> None:
     """Set a field that has no value yet, as ``__init__`` does; an object that is complete does not change."""
-    if name in self.__dict__ or name not in self.__dataclass_fields__:
+    if name in vars(self) or name not in self.__dataclass_fields__:
         raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
-    _assign(self, name, value)
+    object.__setattr__(self, name, value)
 
 
 def _refuse_deletion(self: Any, name: str) -> None:
