@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from numbers import Real
 from types import UnionType
 from typing import Any
@@ -11,7 +12,6 @@ import numpy as np
 
 from gaitopt.arguments import check_record, is_masked
 from gaitopt.errors import InputError, suggest
-from gaitopt.records import dataclass
 
 __all__ = ["Parameter"]
 

@@ -1,6 +1,7 @@
 """Files of failed solves: written by `gaitopt solve` without a result, and solved again by it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,6 @@ from gaitopt.cli.output import out
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import GAIT_SUFFIXES
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.records import dataclass
 
 if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import AnyGait

@@ -8,7 +8,7 @@ import traceback
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -20,7 +20,6 @@ from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
-from gaitopt.records import dataclass
 
 if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import AnyGait

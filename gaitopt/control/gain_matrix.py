@@ -1,9 +1,10 @@
 """Position of a matrix of feedback gains in the table of a law."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gaitopt.motion.motion import Array
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

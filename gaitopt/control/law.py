@@ -8,7 +8,7 @@ this Function.  The pieces may also be intervals of an entry of the state instea
 import functools
 import hashlib
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
@@ -22,7 +22,6 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, check_motion
 from gaitopt.parameters import Parameter, check_type
-from gaitopt.records import dataclass
 
 COLLINEARITY_TOLERANCE = 1e-13
 """Distance from a straight line, relative to the largest torque, below which a sample lies on it."""

@@ -7,6 +7,7 @@ guards; the builders of this module supply the unused inputs and outputs.
 
 import functools
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import casadi as ca
@@ -17,7 +18,6 @@ from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 
 MOST_ROWS = 1_000_000
 """Largest number of rows of data and of latched values of a law."""

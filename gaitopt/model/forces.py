@@ -1,9 +1,10 @@
 """Forces of a robot besides gravity, contacts and actuators: springs, dampers, potentials and rotor inertia."""
 
+from dataclasses import dataclass
+
 import casadi as ca
 
 from gaitopt.arguments import check_record
-from gaitopt.records import dataclass
 
 
 @check_record

@@ -3,8 +3,7 @@
 import math
 import re
 from collections.abc import Iterable
-
-from gaitopt.records import dataclass
+from dataclasses import dataclass
 
 GREEK = ("alpha", "beta", "gamma", "delta", "theta", "phi", "psi", "omega")
 

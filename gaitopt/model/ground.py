@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.terrain import TERRAIN, Terrain, check_terrain
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 
 GROUND = (
     Parameter("slope", 0.0, "rad", "downhill slope", lower=-math.pi / 2, upper=math.pi / 2),

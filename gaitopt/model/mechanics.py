@@ -5,6 +5,7 @@ W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -12,7 +13,6 @@ from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
-from gaitopt.records import dataclass
 
 
 @check_record

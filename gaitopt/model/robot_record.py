@@ -6,13 +6,12 @@ import math
 import weakref
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from gaitopt.errors import ArchiveError
 from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 
 _LEVEL = 6
 """Level of the compression; the highest level takes fifteen times as long and reduces the size by a tenth."""

@@ -3,13 +3,13 @@
 import functools
 import math
 import weakref
+from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
-from gaitopt.records import dataclass
 
 EXACT = 1e-9
 """Largest relative error of a leg exchange and of the height at touchdown, which are exact up to rounding."""

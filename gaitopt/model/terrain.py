@@ -4,12 +4,12 @@ import bisect
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
-from gaitopt.records import dataclass
 
 TERRAIN = "terrain"
 """Name of the terrain among parameters."""

@@ -1,7 +1,8 @@
 """Certificate of an optimum: second-order conditions, nearest constraints, and sensitivities of the cost."""
 
+from dataclasses import dataclass
+
 from gaitopt.errors import InputError, suggest
-from gaitopt.records import dataclass
 
 VERDICTS = {
     "sharp": "strict local minimum: the cost increases at first order in every admissible direction",

@@ -1,8 +1,7 @@
 """Conflicting limits of a gait problem."""
 
 import math
-
-from gaitopt.records import dataclass
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

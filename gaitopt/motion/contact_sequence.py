@@ -7,11 +7,11 @@ for ``"slip+ stick | any"`` :func:`gaitopt.solve` determines the impact, for ``"
 
 import functools
 import re
+from dataclasses import dataclass
 
 from gaitopt.arguments import check_record
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.records import dataclass
 
 _PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.ANY)}
 _EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'

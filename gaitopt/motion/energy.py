@@ -1,7 +1,7 @@
 """The energy ledger of a motion and the cost of transport."""
 
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.motion import Array, Motion, Segment
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 
 CONTINUOUS = 1e-9

@@ -1,6 +1,6 @@
 """Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.proposal import Proposal
 from gaitopt.parameters import check_type
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 from gaitopt.status import Status
 

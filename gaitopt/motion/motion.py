@@ -1,6 +1,6 @@
 """Motion: the trajectories of an optimised gait or a simulated walk, as plain arrays."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from gaitopt.model.ground_frame import NEXT_INCLINE, place_on_plane
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.parameters import check_type
-from gaitopt.records import dataclass
 
 Array = NDArray[np.float64]
 

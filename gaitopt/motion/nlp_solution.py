@@ -1,10 +1,9 @@
 """Solution of an NLP as named tables, for warm starts."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from gaitopt.motion.motion import Array
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

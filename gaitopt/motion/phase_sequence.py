@@ -21,7 +21,7 @@ sequence stands for several closed ones, which ``solve_planar`` and ``search`` s
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
@@ -32,7 +32,6 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.stated_changes import check_changes, list_changes, read_changes
-from gaitopt.records import dataclass
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -1,6 +1,6 @@
 """PlanarGait: one optimised period of a planar robot with any contacts."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from gaitopt.motion.gait import Gait, SolverReport, check_gait
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_motion import PlanarMotion
-from gaitopt.records import dataclass
 from gaitopt.status import Status
 
 if TYPE_CHECKING:

@@ -1,6 +1,7 @@
 """Motion of a planar robot with any contacts: segments between events, with the force of each contact."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,6 @@ from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.energy import Ledger, find_largest_kinetic
 from gaitopt.motion.motion import Array
-from gaitopt.records import dataclass
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot

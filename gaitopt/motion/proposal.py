@@ -1,7 +1,8 @@
 """Proposal of a contact sequence, for a problem with an open one."""
 
+from dataclasses import dataclass
+
 from gaitopt.progress import HomotopyIteration
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

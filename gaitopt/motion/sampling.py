@@ -1,5 +1,7 @@
 """Segments and jumps from states: the quantities that the Functions of the robot return for (t, q, v, torque)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gaitopt.locks import one_at_a_time
@@ -7,7 +9,6 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import attrs
@@ -33,7 +33,6 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.deviations import check_scheme, section_names
 from gaitopt.ocp.transcription.method import Method
-from gaitopt.records import dataclass
 
 _DEFAULT_MARGINS = Margins()
 

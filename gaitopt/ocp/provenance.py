@@ -2,9 +2,8 @@
 
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
-
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ Function once per robot, contact mode and form of law.
 """
 
 import functools
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -21,7 +21,6 @@ from gaitopt.model.contacts.transition import ContactQuantities
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

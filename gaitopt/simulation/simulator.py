@@ -1,7 +1,7 @@
 """simulate: event-driven simulation of walking, with the contact mode determined exactly after every event."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, make_motion, make_segment
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Arc, Engine
 from gaitopt.simulation.engine_choice import default_engine

@@ -1,13 +1,12 @@
 """The contact model of a robot: its transitions and its impact law."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.impact_law import ImpactLaw, PlasticFrictional
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import TRANSITIONS, Transition
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """The contact state of a robot: the mode of each of its contacts."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
-from gaitopt.records import dataclass
 
 STANCE, SWING = "stance foot", "swing foot"
 """Contacts of a walker in single support."""

@@ -7,13 +7,13 @@ outcome as an expression of the state.
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.records import dataclass
 
 ROUNDING = 1e-12
 _STICK, _SLIPS = Mode.STICK, ((Mode.SLIP_FORWARD, 1), (Mode.SLIP_BACKWARD, -1))

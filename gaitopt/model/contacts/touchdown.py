@@ -1,5 +1,6 @@
 """Touchdown: the transition that ends a step, at which the landing foot becomes the stance foot."""
 
+from dataclasses import dataclass
 from typing import ClassVar
 
 import casadi as ca
@@ -9,7 +10,6 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition, slip_from_rest
 from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ places it at a node.  The simulator, the linearisation and the transcription use
 """
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -13,7 +14,6 @@ import numpy as np
 
 from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.records import dataclass
 
 PARADOX_MARGIN = 1e-6
 """Effective fraction of the mass in slip below which slip counts as ill-posed.

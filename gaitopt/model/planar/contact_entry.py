@@ -1,9 +1,8 @@
 """Contacts of planar robots as plain data."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
-
-from gaitopt.records import dataclass
 
 METRE, RADIAN = "m", "rad"
 

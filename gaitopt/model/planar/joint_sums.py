@@ -5,10 +5,9 @@ of the knee are identified in the expressions, so that a robot needs no further 
 """
 
 from collections import Counter
+from dataclasses import dataclass
 
 import casadi as ca
-
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

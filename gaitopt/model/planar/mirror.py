@@ -1,12 +1,12 @@
 """Exchange of the legs: a permutation with signs of coordinates, contacts and actuators, by name."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.errors import InputError, suggest
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import casadi as ca
@@ -20,7 +20,6 @@ from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.terrain import refuse_terrain
 from gaitopt.parameters import Parameter, as_vector, resolve
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

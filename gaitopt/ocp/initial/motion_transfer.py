@@ -5,6 +5,7 @@ on the other grid is therefore the same, where interpolation between the nodes w
 """
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -15,7 +16,6 @@ from gaitopt.ocp.nlp.keys import Unknown, table_name
 from gaitopt.ocp.transcription.collocation import Lobatto, lobatto_points
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.records import dataclass
 
 
 def transfer_motion(solution: Solution, transcription: Transcription, x: Array) -> None:

@@ -5,12 +5,13 @@ proportion to the interval it stands for.  Those of the dynamics are costates, a
 conditions at an instant, such as a foot at rest, do not depend on the grid.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, TableKey, Unknown
 from gaitopt.ocp.transcription.transcription import NODE_TABLES
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ combines the results.  For collocation with many points this takes a third of th
 import functools
 import hashlib
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -21,7 +21,6 @@ import numpy as np
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.records import dataclass
 
 MANY, FEW = 3, 40
 """Number of variables, as a multiple of the median, beyond which a row is differentiated separately, and number of

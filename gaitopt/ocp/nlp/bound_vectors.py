@@ -1,7 +1,8 @@
 """Bounds of the variables and constraint rows of an NLP."""
 
+from dataclasses import dataclass
+
 from gaitopt.motion.motion import Array
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ if the NLP is feasible near the initial point.  The proximal term, whose weight 
 
 import functools
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -20,7 +21,6 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Derivatives, Nlp
 from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.progress import Observer
-from gaitopt.records import dataclass
 from gaitopt.status import Status
 
 PROXIMAL = 1e-4

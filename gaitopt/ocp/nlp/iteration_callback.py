@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -10,7 +11,6 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Iteration, Observer
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 
 FEASIBLE = 1e-6

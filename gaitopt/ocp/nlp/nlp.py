@@ -11,6 +11,7 @@ small functions and not on the number of intervals; its evaluation is as fast as
 import functools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -20,7 +21,6 @@ from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks
 from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.sparse_entries import Entries, scatter
-from gaitopt.records import dataclass
 
 
 class Derivatives(Mapping[str, ca.Function]):

@@ -1,13 +1,13 @@
 """Protocol of NLP solvers, and their result."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.progress import Observer
-from gaitopt.records import dataclass
 from gaitopt.status import Status
 
 UpdateData = Callable[[Array], Array]

@@ -14,6 +14,7 @@ increase on one side because of the multiplier of an almost active bound, and th
 import copy
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import StrEnum
 
 import casadi as ca
@@ -26,7 +27,6 @@ from gaitopt.ocp.nlp.layout import Index
 from gaitopt.ocp.nlp.nlp import Nlp
 from gaitopt.ocp.nlp.sparse_matrix import SparseMatrix, factorise
 from gaitopt.parallel.background_call import BackgroundCall
-from gaitopt.records import dataclass
 
 SMALL = 1e-7
 """Scaled multiplier, and distance from a bound, that count as zero."""

@@ -1,7 +1,7 @@
 """Sparse matrices of numbers, and systems of equations with them, for small ones without the import of SciPy."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.records import dataclass
 
 Solve = Callable[[Array], Array]
 

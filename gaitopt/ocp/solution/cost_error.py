@@ -8,8 +8,7 @@ mean square of both: each alone is wrong by more than a factor of 3 in two or th
 
 import math
 from collections.abc import Iterable, Sequence
-
-from gaitopt.records import dataclass
+from dataclasses import dataclass
 
 LEAST_RATIO = 1.5
 """Least ratio of the variations of two grids from which the factor is determined."""

@@ -3,7 +3,7 @@
 import functools
 import math
 import time
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from attrs import evolve
@@ -47,7 +47,6 @@ from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import Observer
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 from gaitopt.status import Status
 

@@ -7,6 +7,7 @@ parts of an interval reduce its term by 1 / m^2, so m is proportional to the cub
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.nlp.keys import Unknown, table_name
 from gaitopt.ocp.transcription.method import Fractions
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.records import dataclass
 
 JUMPS = 0.5
 """Share of the intervals that is distributed according to jumps of the torques; the others have equal lengths."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.touchdown_pose import find_longest_reach
 from gaitopt.ocp.transcription.transcription import Transcription
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 
 OPEN_CONES = ("complementarity of friction cone and slip speed", "complementarity of impact cone and slip speed")
 """Names of the pairs of open phases and impacts with the friction cone."""

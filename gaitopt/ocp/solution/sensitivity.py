@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import attrs
@@ -17,7 +18,6 @@ from gaitopt.ocp.bounds import bounds, data_vector
 from gaitopt.ocp.initial.cost_prediction import evaluate_lagrangian
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.records import dataclass
 
 STEP = 1e-6
 """Relative step of the finite differences of the Lagrangian, which is evaluated with rounding errors only."""

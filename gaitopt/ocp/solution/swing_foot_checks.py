@@ -3,6 +3,8 @@
 Position and velocity at the nodes are interpolated by cubic polynomials, whose error is of fourth order.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gaitopt.interrupts import defer_interrupt
@@ -16,7 +18,6 @@ from gaitopt.ocp.transcription.foot_clearance import bump
 from gaitopt.ocp.transcription.grid import node_places
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule, propose_schedule
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 
 PARTS = 8

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -19,7 +20,6 @@ from gaitopt.ocp.solution.touchdown_error import predict_phase_end, predict_touc
 from gaitopt.ocp.statement.free_parameters import clip_values
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.transcription import Transcription
-from gaitopt.records import dataclass
 from gaitopt.reductions import worst
 
 STEPS = 50

@@ -1,5 +1,6 @@
 """The built-in objectives."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -11,7 +12,6 @@ from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary
 from gaitopt.ocp.statement.objective import Objective
 from gaitopt.ocp.statement.objective_value import first_step
 from gaitopt.parameters import Parameter
-from gaitopt.records import dataclass
 
 
 @check_arguments

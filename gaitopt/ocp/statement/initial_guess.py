@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -16,7 +17,6 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.touchdown_pose import touchdown_pose
 from gaitopt.parameters import check_type, number_within, whole_number
-from gaitopt.records import dataclass
 
 LEAD, LAG = 0.1, 0.25
 """Sizes of the waves of a delayed swing [rad]."""

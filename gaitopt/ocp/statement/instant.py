@@ -1,6 +1,7 @@
 """Arguments of objectives: one instant of a step, and the boundary of the step."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -8,7 +9,6 @@ import casadi as ca
 from gaitopt.lazy import LazyField
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import angle_entry, count_coordinates
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import as_float, number_within, optional, positive, recall_parameter
-from gaitopt.records import dataclass
 
 LARGEST_CLEARANCE = 10.0
 """Largest clearance of the swing foot [m]."""

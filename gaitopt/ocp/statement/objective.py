@@ -4,6 +4,7 @@ import functools
 import inspect
 import math
 from collections.abc import Hashable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -15,7 +16,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary, symbolic_instant
 from gaitopt.ocp.statement.objective_value import value_of_term
-from gaitopt.records import dataclass
 
 
 class Objective:

@@ -1,7 +1,7 @@
 """Warm starts: initial guesses from a motion, or from a gait with its multipliers."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.statement.initial_guess import Guess, Sample, Setting, typical_durations
-from gaitopt.records import dataclass
 
 
 @check_record

@@ -9,7 +9,7 @@ within a phase because torques are, are shared by both neighbouring intervals.  
 """
 
 import functools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -25,7 +25,6 @@ from gaitopt.ocp.nlp.keys import Key, Kind
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.scheme import Point, Scheme
 from gaitopt.parameters import whole_number
-from gaitopt.records import dataclass
 
 MOST_POINTS = 6
 """Largest number of points of a refined method; beyond, the torque grid limits the accuracy of a plan."""

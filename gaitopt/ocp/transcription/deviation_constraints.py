@@ -10,6 +10,7 @@ with the flows f- and f+, the reset R and the guard g with its rate g' along the
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -34,7 +35,6 @@ from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.phase_constraints import point_at, torque_rate_before
 from gaitopt.ocp.transcription.scheme import Point
-from gaitopt.records import dataclass
 
 DEVIATION_GROUPS = (
     Group.DEVIATION_START,

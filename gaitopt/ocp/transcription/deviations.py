@@ -6,6 +6,7 @@ touchdown.  It contains angles, rates and, while the foot slips, its speed; the 
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -20,7 +21,6 @@ from gaitopt.ocp.nlp.layout import Layout
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.scheme import Scheme
-from gaitopt.records import dataclass
 
 MOST_MULTIPLIERS = 3
 """Largest number of multipliers whose modulus is bounded by smooth conditions on the characteristic polynomial."""

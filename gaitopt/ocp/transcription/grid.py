@@ -1,7 +1,7 @@
 """The time grid of a contact sequence: the nodes of each phase."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Place, StepPart
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -7,7 +7,7 @@ where the guard is below zero, and where above.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -19,7 +19,6 @@ from gaitopt.ocp.nlp.block import Block
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, Row, Unknown
 from gaitopt.ocp.transcription.grid import Phase, node_places
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The boundary of a step: touchdown, frictional impact, leg exchange, periodicity, step length and speed."""
 
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -21,7 +22,6 @@ from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.impact_complementarity import open_impact
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.objective_blocks import boundary_cost, name_parameters, peak_cost
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,7 +1,7 @@
 """Builder of the NLP: data shared by its blocks, and the local variables of a block."""
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import casadi as ca
@@ -19,7 +19,6 @@ from gaitopt.ocp.transcription.relaxation import Pair, Relaxation, relax
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.ocp.transcription.sign_changes import SignChangeLayout
 from gaitopt.ocp.transcription.swing_terrain import SwingTerrain
-from gaitopt.records import dataclass
 
 MARGINS = ("cone", "impact_cone")
 """Margins that enter the constraints as data, after the robot's parameters."""

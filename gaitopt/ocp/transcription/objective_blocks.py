@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -17,7 +18,6 @@ from gaitopt.ocp.statement.objective import Objective, is_linear_in_power, overr
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.nlp_builder import BlockVariables, NlpBuilder
 from gaitopt.ocp.transcription.scheme import Point
-from gaitopt.records import dataclass
 
 
 class InstantFactory:

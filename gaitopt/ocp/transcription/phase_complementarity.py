@@ -6,6 +6,8 @@ freedom dynamics, 1988).  The scheme is of low order where the contact mode chan
 contact sequence is then solved by an accurate scheme, which adds torque-rate limits and friction margins.
 """
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 
@@ -15,7 +17,6 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
 from gaitopt.ocp.transcription.relaxation import Pair
 from gaitopt.ocp.transcription.scheme import Point, Scheme
-from gaitopt.records import dataclass
 
 CONTACT = (
     Key(Kind.CONTACT_NORMAL),

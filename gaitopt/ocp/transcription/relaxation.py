@@ -6,6 +6,7 @@ a homotopy in which t decreases uses one compiled NLP; for t -> 0 the pairs hold
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -13,7 +14,6 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.ocp.nlp.keys import Key, Kind, Row
-from gaitopt.records import dataclass
 
 NamedBounds = tuple[str, float, float]
 """Name of a constraint, for the diagnosis, and its lower and upper bound."""

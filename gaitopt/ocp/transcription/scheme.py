@@ -1,7 +1,7 @@
 """Schemes: the unknowns and equations of the motion within one interval."""
 
 from abc import ABC, abstractmethod
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
@@ -11,7 +11,6 @@ from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind, Unknown
 from gaitopt.ocp.transcription.relaxation import Pair
-from gaitopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

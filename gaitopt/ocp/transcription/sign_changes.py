@@ -12,6 +12,7 @@ bound, so that the cost is bounded from below.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -26,7 +27,6 @@ from gaitopt.ocp.transcription.bernstein import (
     zeros_inside,
 )
 from gaitopt.ocp.transcription.grid import Phase
-from gaitopt.records import dataclass
 
 MAX_ZEROS = 2
 """Number of sign changes per interval and actuator whose movement is included in the data."""

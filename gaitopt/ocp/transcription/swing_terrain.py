@@ -1,6 +1,7 @@
 """The swing foot over a terrain: its height above the profile of the ground between its footprints."""
 
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 
@@ -8,7 +9,6 @@ from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.model.terrain import Terrain
 from gaitopt.model.uneven_ground import stance_rotation
 from gaitopt.ocp.nlp.layout import Index
-from gaitopt.records import dataclass
 
 WIDTH, ROUNDING = 0.05, 1e-3
 """Width of the smooth transition in front of a step up or behind a step down, and radius of the ends of ramps [m]."""

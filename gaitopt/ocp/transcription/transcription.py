@@ -8,7 +8,7 @@ torques and contact forces belong to intervals, and one table contains the slide
 
 import functools
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -38,7 +38,6 @@ from gaitopt.ocp.transcription.radius_condition import radius_block
 from gaitopt.ocp.transcription.relaxation import Relaxation, Slack
 from gaitopt.ocp.transcription.scheme import Scheme
 from gaitopt.ocp.transcription.sign_changes import SignChangeLayout, lay_out_sign_changes, locate_sign_changes
-from gaitopt.records import dataclass
 
 SLIDE = (Key(Kind.FOOT_SLIDE), Key(Kind.SPEED_OF_FOOT))
 NODE_TABLES = (Unknown.ANGLES, Unknown.RATES, Unknown.TORQUE, Unknown.POWER)
