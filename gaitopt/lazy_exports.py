@@ -55,8 +55,8 @@ def export_lazily(package: str) -> None:
     >>> exported_names("gaitopt.motion")["Gait"], gaitopt.motion.Gait.__name__
     ('gaitopt.motion.gait', 'Gait')
     """
-    module = sys.modules[package]
-    vars(module).update(_modules=_read_stub(package), __all__=sorted(exported_names(package)))
+    module, modules = sys.modules[package], _read_stub(package)
+    vars(module).update(_modules=modules, __all__=sorted(_omit_private_names(modules)))
     module.__class__ = LazyPackage
 
 
@@ -73,7 +73,11 @@ def exported_names(package: str) -> dict[str, str]:
     >>> exported_names("gaitopt.continuation")["trace"]
     'gaitopt.continuation.tracing'
     """
-    return {name: module for name, module in _read_stub(package).items() if not name.startswith("_")}
+    return _omit_private_names(_read_stub(package))
+
+
+def _omit_private_names(modules: dict[str, str]) -> dict[str, str]:
+    return {name: module for name, module in modules.items() if not name.startswith("_")}
 
 
 def _read_stub(package: str) -> dict[str, str]:

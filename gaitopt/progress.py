@@ -7,7 +7,6 @@ and its verification with one :class:`VerificationStep` per walk; a study with t
 tasks.  :class:`ProgressLine` is an observer for notebooks and terminals.
 """
 
-import html
 import sys
 import time
 from collections.abc import Callable
@@ -146,6 +145,8 @@ class NotebookBar:
 
     def show(self, text: str, share: float | None) -> None:
         """Show a line of text, and a bar if the finished share is known."""
+        import html  # which commands and studies do not need
+
         display: Any = import_module("IPython.display")
         bar = "" if share is None else f'<progress value="{share:.4f}" max="1"></progress> '
         shown = display.HTML(f"<div>{bar}{html.escape(text)}</div>")

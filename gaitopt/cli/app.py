@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.text import Text
 
 from gaitopt.address_space import lacks_memory
 from gaitopt.cli.collection import collect_rarely
@@ -137,6 +136,8 @@ def _is_import_error(error: BaseException | None) -> bool:
 def _explain(error: Exception, words: Sequence[str]) -> int:
     """Print an error of the input in one sentence and return the exit status; raise any other error."""
     if isinstance(error, GaitoptError):
+        from rich.text import Text
+
         _report(words, "error", str(error))
         err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
         return 1 if isinstance(error, NoGaitError) else 2

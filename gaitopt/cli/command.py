@@ -11,7 +11,6 @@ from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
-from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from gaitopt.cli.conversion import convert_plainly
@@ -89,6 +88,8 @@ def _texts(parameters: Mapping[str, Any]) -> Iterator[str]:
 
 def _escape_help(command: Any) -> Any:
     """Return a copy of a command in whose help texts the markup characters are escaped."""
+    from rich.markup import escape
+
     escaped = copy.copy(command)
     escaped.params = [copy.copy(parameter) for parameter in command.params]
     for each in (escaped, *escaped.params):

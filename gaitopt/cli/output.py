@@ -1,38 +1,58 @@
 """Output of commands: tables for people, one JSON object for programs."""
 
+import functools
 import json
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn
-
-from rich.console import Console, ConsoleOptions, RenderableType
-from rich.segment import Segment
-from rich.text import Text
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from gaitopt.cli.stored_results import describe_stored_results
-from gaitopt.motion.printable import replace_controls
 from gaitopt.motion.summary import plain
 from gaitopt.progress import HomotopyIteration
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from gaitopt.cli.console import PlainConsole
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status after Ctrl-C."""
 
 
-class _Console(Console):
-    """A console on which no text of a file or script is an instruction to the terminal."""
+class Output:
+    """Standard output or standard error; its console is made at its first use, as a quiet command has no use of Rich.
 
-    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
-        """Yield the parts of an output, with question marks in place of control characters."""
-        for part in super().render(renderable, options):
-            yield part if part.control else Segment(replace_controls(part.text), part.style)
+    Parameters
+    ----------
+    stderr : bool
+
+    Attributes
+    ----------
+    quiet : bool
+        Whether nothing is printed.
+    console : PlainConsole
+    """
+
+    def __init__(self, *, stderr: bool) -> None:
+        self._stderr = stderr
+        self.quiet = False
+
+    @functools.cached_property
+    def console(self) -> "PlainConsole":
+        """The console of Rich."""
+        from gaitopt.cli.console import make_console
+
+        return make_console(stderr=self._stderr)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print texts and tables with the options of :meth:`rich.console.Console.print`."""
+        if not self.quiet:
+            self.console.print(*objects, **options)
 
 
-# A file or a pipe has no width: numbers must not be cut there to fit a terminal.
-# Markup is off: Rich would remove units such as "[m/s]" from columns and messages.  Colour is given as a Text.
-out = _Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 140)
-err = _Console(stderr=True, highlight=False, markup=False, emoji=False)
+out = Output(stderr=False)
+err = Output(stderr=True)
 
 
 def print_json(data: dict[str, Any]) -> None:
@@ -64,8 +84,10 @@ def print_reason(reason: str) -> None:
         err.print(reason, soft_wrap=True)
 
 
-def verdict_text(text: str, good: bool) -> Text:
+def verdict_text(text: str, good: bool) -> "Text":
     """Return a verdict in green if it is good, in red otherwise."""
+    from rich.text import Text
+
     return Text(text, style="green" if good else "red")
 
 

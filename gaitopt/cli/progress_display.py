@@ -61,13 +61,13 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
     """
     if hidden or out.quiet:
         yield Display(text)
-    elif err.is_terminal:
+    elif err.console.is_terminal:
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
         columns: list[ProgressColumn] = [SpinnerColumn(), TextColumn("{task.description}", markup=False)]
         columns += [BarColumn()] if counted else []
         columns += [TextColumn("{task.fields[count]}", markup=False), TimeElapsedColumn()]
-        with Progress(*columns, console=err, transient=True) as progress:
+        with Progress(*columns, console=err.console, transient=True) as progress:
             yield Display(text, progress)
     else:
         display, finished = Display(text), threading.Event()

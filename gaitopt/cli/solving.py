@@ -1,15 +1,13 @@
 """Commands on one problem and its gait: solve, show, verify."""
 
-import contextlib
 import sys
-import threading
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitopt.cli.background_import import BackgroundImport
 from gaitopt.cli.options import (
     AngleUnit,
     GaitFile,
@@ -46,55 +44,20 @@ GaitOutput = Annotated[
 ]
 
 AFTER_THE_SOLVE = (
+    "h5py",
+    "gaitopt.control.law",
+    "gaitopt.motion.planar_gait",
+    "gaitopt.simulation.scipy_engine",
     "gaitopt.simulation.verification",
     "gaitopt.ocp.solution.certification",
     "gaitopt.motion.archive",
-    "gaitopt.cli.gait_output",
     "gaitopt.model.physics",
     "numpy.random",
-    "h5py",
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
-SWITCH_INTERVAL = 2e-4
-"""Time after which the importing thread yields to the solver [s].  An iteration of the solver needs Python for a
-fraction of a millisecond only; with Python's interval it would wait 5 ms for this, longer than it computes."""
-
-
-def import_in_background(modules: Sequence[str]) -> threading.Thread:
-    """Import modules in another thread.
-
-    A module that fails to be imported fails again, with its error, where it is used.
-    """
-
-    def import_all() -> None:
-        interval = sys.getswitchinterval()
-        sys.setswitchinterval(SWITCH_INTERVAL)
-        try:
-            for module in modules:
-                with contextlib.suppress(Exception):
-                    import_module(module)
-        finally:
-            sys.setswitchinterval(interval)
-
-    thread = threading.Thread(target=import_all)
-    thread.start()
-    return thread
-
-
-def import_during_solve(modules: Sequence[str], observer: SolveObserver) -> SolveObserver:
-    """Return an observer that starts the import of modules at the first iteration, where the solver needs no Python.
-
-    While an NLP is built, the import would only delay it: both need Python's lock.
-    """
-    remaining = [modules]
-
-    def observe(step: Iteration | HomotopyIteration) -> None:
-        if remaining:
-            import_in_background(remaining.pop())
-        observer(step)
-
-    return observe
+TABLE = "gaitopt.cli.gait_output"
+"""Module of the table of a gait, which --quiet hides."""
 
 
 def solve(
@@ -126,7 +89,6 @@ def solve(
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
-    from gaitopt.ocp.solver import solve as solve_problem
 
     repeated = is_gait_file(source)
     problem, script = _read_problem(source, setting)
@@ -141,7 +103,7 @@ def solve(
         out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
-        gait = solve_problem(problem, observer=import_during_solve(AFTER_THE_SOLVE, observer))
+        gait = _solve_and_import(problem, observer, AFTER_THE_SOLVE if json or quiet else (*AFTER_THE_SOLVE, TABLE))
         gait = gait.replace_fields(problem={**gait.problem, "script": gait.problem.get("script") or script})
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
@@ -153,6 +115,21 @@ def solve(
     if not gait.status.ok:
         print_reason(_state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _solve_and_import(
+    problem: "GaitProblem | PlanarProblem", observer: SolveObserver, modules: Sequence[str]
+) -> "Gait | PlanarGait":
+    """Solve a problem, and import modules while the solver iterates."""
+    from gaitopt.ocp.solver import solve as solve_problem
+
+    with BackgroundImport(modules) as background:
+
+        def observe(step: Iteration | HomotopyIteration) -> None:
+            background.continue_import()
+            observer(step)
+
+        return solve_problem(problem, observer=observe)
 
 
 def _state_failure(gait: "Gait | PlanarGait") -> str:
@@ -204,7 +181,6 @@ def _save_and_report(
 ) -> bool:
     """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted."""
     from gaitopt.cli.failed_solve import report_failure, write_failure
-    from gaitopt.cli.gait_output import print_gait
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
@@ -220,7 +196,9 @@ def _save_and_report(
     if json:
         files = {"file": written, "failure_file": failed and failed.path}
         print_json(summarise(gait) | {name: None if file is None else str(file) for name, file in files.items()})
-    else:
+    elif not out.quiet:
+        from gaitopt.cli.gait_output import print_gait
+
         print_gait(gait)
         if written:
             report_file(written)

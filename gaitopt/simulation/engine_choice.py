@@ -1,7 +1,6 @@
 """Selection of the simulation engine."""
 
 import functools
-import logging
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, cast
 
@@ -57,6 +56,8 @@ def _imports_heyoka() -> bool:
     try:
         heyoka_module()
     except InputError as error:
+        import logging  # whose import takes as long as that of ten other modules
+
         logging.getLogger("gaitopt").warning("%s The engine scipy is used, which is slower.", error)
         return False
     return True

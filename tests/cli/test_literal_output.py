@@ -350,7 +350,7 @@ def test_tables_show_their_texts_as_they_are(name, capsys, monkeypatch):
             return original(self, *cells, **options)
 
         monkeypatch.setattr(Table, method, record)
-    monkeypatch.setattr(output.out, "width", 1000)
+    monkeypatch.setattr(output.out.console, "width", 1000)
     TABLES[name]()
     shown = squeezed(capsys.readouterr().out)
     assert texts
@@ -379,7 +379,7 @@ def test_a_ranking_prints_the_number_it_ranks_by(capsys):
 
 
 def test_tables_have_units_to_show(capsys, monkeypatch):
-    monkeypatch.setattr(output.out, "width", 1000)
+    monkeypatch.setattr(output.out.console, "width", 1000)
     for name in ("print_cycles", "print_walk", "print_sweep", "print_ranking", "print_comparison"):
         TABLES[name]()
     units = set(UNIT.findall(capsys.readouterr().out))

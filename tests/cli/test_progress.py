@@ -20,7 +20,7 @@ def error_stream(monkeypatch):
     def replace(terminal):
         stream = io.StringIO()
         console = Console(file=stream, force_terminal=terminal, width=100, markup=False)
-        monkeypatch.setattr(progress_display, "err", console)
+        monkeypatch.setattr(progress_display.err, "console", console)
         return stream
 
     return replace

@@ -6,10 +6,7 @@ import sys
 import pytest
 
 from gaitopt import Status, load
-from gaitopt.cli import solving
 from gaitopt.cli.script import build_problem
-from gaitopt.cli.solving import import_during_solve, import_in_background
-from gaitopt.progress import Iteration
 from tests.references.storage import reference
 
 KEYS = {  # promised to users
@@ -51,31 +48,6 @@ def demanded(facts):
     assert set(facts["verification"]) >= {"passed", "sequence", "state_error", "cost_of_transport"}
     assert set(facts["solver"]) >= {"iterations", "build_seconds", "solve_seconds"}
     return facts
-
-
-def test_a_module_that_cannot_be_imported_in_the_background_prevents_no_other(monkeypatch):
-    monkeypatch.delitem(sys.modules, "colorsys", raising=False)
-    import_in_background(["no_such_module", "colorsys"]).join()
-    assert "colorsys" in sys.modules
-
-
-def test_an_import_in_the_background_yields_to_the_solver_and_restores_the_interval(monkeypatch):
-    before, during = sys.getswitchinterval(), []
-    monkeypatch.setattr(solving, "import_module", lambda module: during.append(sys.getswitchinterval()))
-    import_in_background(["colorsys"]).join()
-    assert during[0] < before == sys.getswitchinterval()
-
-
-def test_modules_are_imported_once_and_only_while_the_solver_iterates(monkeypatch):
-    imported, observed = [], []
-    monkeypatch.setattr(solving, "import_in_background", imported.append)
-    observe = import_during_solve(("h5py",), observed.append)
-    assert imported == []
-    steps = [Iteration(number, 1.0, 0.0) for number in range(2)]
-    for step in steps:
-        observe(step)
-    assert imported == [("h5py",)]
-    assert observed == steps
 
 
 @pytest.mark.slow

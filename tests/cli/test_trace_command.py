@@ -68,7 +68,7 @@ def test_a_table_lists_branches_and_special_points(command, root):
 def test_a_table_over_an_angle_states_degrees_too(root):
     path = root / "docs/examples/compass_slope.nc"
     (doubling,) = load_diagram(path).branches[0].special_of("period_doubling")
-    with out.capture() as capture:
+    with out.console.capture() as capture:
         print_diagram(load_diagram(path))
     table = capture.get()
     assert "slope [rad]" in table
@@ -99,7 +99,7 @@ def test_the_table_of_special_points_states_a_loss_of_stability_at_a_kink(root):
     end = replace(kink, multipliers_after=np.array([]))
     same = replace(kink, multipliers_after=np.array([0.9]))
     assert [branch.stability_change(point) for point in (kink, back, end, same)] == ["lost", "gained", "", ""]
-    with out.capture() as capture:
+    with out.console.capture() as capture:
         print_diagram(replace(diagram, branches=(replace(branch, special=(kink,)),)))
     (row,) = [line for line in capture.get().splitlines() if "impact cone" in line]
     assert "lost" in row
