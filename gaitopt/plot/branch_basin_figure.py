@@ -72,6 +72,7 @@ def plot_branch_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) 
         _draw_shares(upper, table, values)
         _draw_pushes(lower, table, values)
         lower.set_xlabel(label_quantity(over, unit))
+        figure.align_ylabels()
         entries = [axes.get_legend_handles_labels() for axes in (upper, lower)]
         handles, labels = ([*one, *other] for one, other in zip(*entries, strict=True))
         add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
@@ -105,7 +106,7 @@ def _draw_pushes(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
             axes.plot(values, finite, label=label, **{**line_style(number), "linewidth": 1.0})
             number += 1
     push = np.where(np.isfinite(table.push.values), table.push.values, math.nan)
-    axes.plot(values, push, color="black", marker=".", label="any direction")
+    axes.plot(values, push, color="black", marker=".", clip_on=False, label="any direction")
     axes.set_ylabel("fatal push [rad/s]")
     low, high = axes.dataLim.intervaly
     if low > 0 and high > LOG_RANGE * low:

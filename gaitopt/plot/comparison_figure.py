@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TERMS = (
-    ("impact_loss", "impact", "#0072B2", ""),
+    ("impact_loss", "impact", "#4D4D4D", ""),
     ("friction_loss", "friction", "#E69F00", "///"),
-    ("damping_loss", "dampers", "#009E73", "xxx"),
+    ("damping_loss", "dampers", "#6B9080", "xxx"),
     ("transition_loss", "transitions", "#56B4E9", "++"),
-    ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
+    ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#9C86BF", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
-"""Terms of the cost of transport: name, label, colour, hatch."""
+"""Terms of the cost of transport: name, label, colour, hatch.  The first five gaits have none of these colours."""
 
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""

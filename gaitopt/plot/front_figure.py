@@ -1,6 +1,6 @@
 """The figure of a front: the cost over each other quantity, with the knee of the front."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,10 +58,13 @@ def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             values = front[name].values
             order = np.flatnonzero(member)
             axes.plot(values[order], cost[order], "o" if bounded > 1 else "o-", color=color, markersize=3.5)
-            axes.plot(values[~member], cost[~member], "o", color=color, markerfacecolor="white", markersize=3)
-            axes.plot(values[knee], cost[knee], "o", color="0.15", markerfacecolor="none", markersize=9, label="knee")
+            open_mark: dict[str, Any] = {"color": color, "markerfacecolor": "white", "markersize": 3}
+            axes.plot(values[~member], cost[~member], "o", label="dominated" if np.any(~member) else None, **open_mark)
+            ring: dict[str, Any] = {"color": "0.15", "markerfacecolor": "none", "markersize": 9}
+            axes.plot(values[knee], cost[knee], "o", label="knee" if knee.any() else None, **ring)
             axes.set_xlabel(label_quantity(name, front[name].attrs.get("units", "1")))
         panels[0].set_ylabel(label_quantity(front.attrs["objective"], front.cost.attrs.get("units", "1")))
-        if knee.any():
-            panels[0].legend(loc="best")
+        handles, labels = panels[0].get_legend_handles_labels()
+        if handles:
+            panels[0].legend(handles, labels, loc="best")
     return figure

@@ -14,11 +14,12 @@ from gaitopt.motion.planar_gait import AnyGait, check_any_gait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.impulse_marks import widen_legend_space
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import NO_BREAK, add_page_legend, wrap_text
 from gaitopt.plot.literal_text import show_invalid_math
 from gaitopt.plot.mode_bar import draw_mode_bar
+from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
-from gaitopt.plot.style import MODE_FILL, MODE_HATCH, NARROW, WARNING, FigureStyle
+from gaitopt.plot.style import NARROW, WARNING, FigureStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,8 +48,6 @@ ENLARGED = ("force ratio", "foot speed")
 
 SCALED = ("modes", "normal forces", "force ratio")
 """Rows whose range does not follow from the values alone."""
-
-NO_BREAK = "\N{NO-BREAK SPACE}"
 
 Rows = dict[str, Callable[["Axes", MotionView], None]]
 
@@ -155,7 +154,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
     warning, titled = _describe_failure(failed, style.width), style.titled and bool(title)
     warned = bool(warning)
-    title = "\n".join(_wrap_title(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines())
+    title = "\n".join(wrap_text(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines())
     with rc_context(style.settings):
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
         above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
@@ -179,11 +178,6 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     return figure
 
 
-def _wrap_title(line: str, letters: int) -> str:
-    """Return a wrapped line of the title; the bar of an impact stays on the line of the phase before it."""
-    return textwrap.fill(line.replace(" |", f"{NO_BREAK}|"), letters).replace(NO_BREAK, " ")
-
-
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
     """Return the height of a figure without its warning [inch]."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
@@ -200,13 +194,14 @@ def _describe(gait: AnyGait, title: str | None) -> str:
         rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
     ]
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
-    verified = "" if not gait.status.ok else " (verified by replay)" if gait.verification else " (not replayed)"
+    verified = "" if not gait.status.ok else "(verified by replay)" if gait.verification else "(not replayed)"
     sequence = str(gait.sequence)
     if sequence.endswith(("|", ">")):  # a mark at the end would belong to the text that follows
         sequence = f"'{sequence}'"
     name = gait.problem.get("name", "gait")
     first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    return f"{first}\n{sequence}{where}{verified}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
+    second = f"{sequence}{where} {verified.replace(' ', NO_BREAK)}".rstrip()
+    return f"{first}\n{second}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:
@@ -250,7 +245,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
-        if row == 0 and view.is_single_support:
+        if row == 0:
             handles, labels = _add_slip_keys(handles, labels, view)
         if handles:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
@@ -282,7 +277,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
             axes.legend(loc="lower center", ncols=2, borderaxespad=0.2, borderpad=0.1, frameon=True, edgecolor="none")
         for column, phase in enumerate(phases, start=1):
             beside = figure.add_subplot(grid[row, column], label=f"{name} enlarged")
-            panels.enlarge(beside, view, phase, draw)
+            panels.enlarge(beside, view, phase, draw, beside=columns)
             beside.tick_params(labelbottom=name == ENLARGED[-1])
             if name == "foot speed":
                 speeds = phase.slip_speeds[list(phase.slipping)]
@@ -291,7 +286,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
                 beside.set_ylim(low - margin, high + margin)
                 beside.set_xlabel("time [ms]")
             else:
-                panels.name_enlargement(beside, phase)
+                name_enlargement(beside, phase)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
     if view.is_single_support:
@@ -302,7 +297,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
 def _finish(name: str, axes: "Axes", view: MotionView) -> None:
     """Shade slip phases and widen constant curves in all panels but the modes of the contacts."""
     if name != "modes":
-        panels.shade_slips(axes, view)
+        shade_slips(axes, view)
     if name not in SCALED:
         panels.widen_constant(axes)
 
@@ -319,11 +314,6 @@ def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
 
 
 def _add_slip_keys(handles: list[Any], labels: list[str], view: MotionView) -> tuple[list[Any], list[str]]:
-    """Return handles and labels of a key with the shading of each slip mode added."""
-    from matplotlib.patches import Patch
-
-    modes = dict.fromkeys(part.mode for part in view.segments if part.slipping)
-    patches = [
-        Patch(facecolor=(MODE_FILL[mode], 0.3), edgecolor=MODE_FILL[mode], hatch=MODE_HATCH[mode]) for mode in modes
-    ]
-    return [*handles, *patches], [*labels, *(f"{mode.label} phase" for mode in modes)]
+    """Return handles and labels of a key with the shading of each kind of slip phase added."""
+    patches = slip_handles(view)
+    return [*handles, *patches], [*labels, *(str(patch.get_label()) for patch in patches)]

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.model.terrain import Piece, Terrain
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
-from gaitopt.plot.style import GROUND, WARNING
+from gaitopt.plot.style import GROUND, PATCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,4 +65,4 @@ def draw_ground(
         begin, end = max(piece.begin, ends[0]), min(piece.end, ends[1])
         if piece.friction is not None and begin < end:
             band = _line_of(piece, begin, end) + aside
-            axes.plot(*tilt(band, slope), color=WARNING, linewidth=BAND * width, zorder=0.9, solid_capstyle="butt")
+            axes.plot(*tilt(band, slope), color=PATCH, linewidth=BAND * width, zorder=0.9, solid_capstyle="butt")

@@ -224,7 +224,7 @@ class Header:
         self._stamp = figure.text(0.975, 0.935, "", family="DejaVu Sans Mono", size=10.5, va="center", ha="right")
         self.moving: list[Artist] = [*self._tokens, self._stamp]
         slope, friction = (film.motion.parameters[name] for name in ("slope", "friction"))
-        ground = rf"friction $\mu$ = {friction:g}"
+        ground = rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction"
         ground += f", slope {np.rad2deg(slope):.3g}\N{DEGREE SIGN} downhill" if slope else ""
         figure.text(0.025, 0.03, ground, size=9, va="center")
         status = getattr(gait, "status", None)  # a simulated motion has none

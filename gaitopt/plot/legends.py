@@ -1,8 +1,10 @@
-"""Legends that stay inside the page."""
+"""Legends that stay inside the page, and texts in lines."""
 
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+from gaitopt.model.contacts.mode import Mode
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -15,6 +17,36 @@ LETTERS_PER_INCH = 12
 
 PAGE_MARGIN = 0.2
 """Width of the page that legends leave free [inch]."""
+
+NO_BREAK = "\N{NO-BREAK SPACE}"
+MODES, LONGEST_NAME = {mode.value for mode in Mode}, 3
+"""Spellings of contact modes, and largest number of words of the name of a contact before them."""
+
+
+def wrap_text(text: str, letters: int) -> str:
+    """Return a text in lines of a number of letters.
+
+    A contact and its mode remain on one line, and so do the bar of an impact and the phase before it.
+
+    Examples
+    --------
+    >>> print(wrap_text("foot A slip+, foot B stick > foot B stick |: cost 0.1344", 24))
+    foot A slip+,
+    foot B stick >
+    foot B stick |: cost
+    0.1344
+    """
+    words, name = text.split(" "), 0  # number of words of the name of a contact
+    spaces = [" "] * len(words)  # before each word
+    for number, word in enumerate(words):
+        is_mode = word.strip("',:()") in MODES
+        if is_mode and name <= LONGEST_NAME:
+            spaces[number - name + 1 : number + 1] = [NO_BREAK] * name
+        elif word.startswith("|"):
+            spaces[number] = NO_BREAK
+        name = 0 if is_mode or word[-1:] in (",", ">", "|", "&") else name + 1
+    joined = "".join(map("".join, zip(spaces, words, strict=True)))[1:]
+    return textwrap.fill(joined, letters).replace(NO_BREAK, " ")
 
 
 def add_page_legend(
@@ -42,7 +74,7 @@ def add_page_legend(
     figure = owner.get_figure(root=True)
     if figure is None:
         raise ValueError("a legend needs axes or a figure that belong to a figure")
-    wrapped = [textwrap.fill(label, int(LETTERS_PER_INCH * width)) for label in labels]
+    wrapped = [wrap_text(label, int(LETTERS_PER_INCH * width)) for label in labels]
     for count in range(min(columns, len(wrapped)), 1, -1):
         legend = owner.legend(handles, wrapped, ncols=count, **placement)
         if legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:

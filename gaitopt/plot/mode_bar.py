@@ -22,16 +22,18 @@ AXIS_SHARE = 0.7
 def draw_mode_bar(axes: "Axes", view: MotionView) -> None:
     """Draw the mode of each contact over time; flight, and the modes of long phases, are named.
 
+    The modes of phases too short for their names, but for slip, are labels of bars, which a legend shows.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     view : MotionView
     """
-    shown, letter = view.closing, _letter_width(axes, view)
+    shown, letter, unnamed = view.closing, _letter_width(axes, view), set[Mode]()
     for row, contact in enumerate(shown):
         for start, end, mode in merge_modes(view, contact):
             if mode is not Mode.FREE:
-                _draw_bar(axes, (start, end), row, mode, letter)
+                _draw_bar(axes, (start, end), row, mode, letter, unnamed)
     feet = [row for row, contact in enumerate(shown) if contact in view.feet]
     for part in view.segments:
         if view.is_flight(part) and part.duration > len("flight") * letter:
@@ -71,12 +73,16 @@ def _letter_width(axes: "Axes", view: MotionView) -> float:
     return LETTER / (AXIS_SHARE * figure.get_figwidth()) * view.period if figure else 0.0
 
 
-def _draw_bar(axes: "Axes", span: tuple[float, float], row: int, mode: Mode, letter: float) -> None:
-    """Draw an interval of a mode, and its name if it fits in letters of a width [s]."""
+def _draw_bar(axes: "Axes", span: tuple[float, float], row: int, mode: Mode, letter: float, unnamed: set[Mode]) -> None:
+    """Draw an interval of a mode, and its name if it fits in letters of a width [s]; add other modes to `unnamed`."""
     width = span[1] - span[0]
+    fits = width > len(mode.label) * letter
     style: dict[str, Any] = {"facecolor": MODE_FILL[mode], "edgecolor": "0.3", "hatch": MODE_HATCH[mode]}
-    axes.barh(row, width, HEIGHT, left=span[0], linewidth=0.5, gid=mode.value, **style)
-    if width > len(mode.label) * letter:
+    label = mode.label if not (fits or mode.slips or mode in unnamed) else None
+    axes.barh(row, width, HEIGHT, left=span[0], linewidth=0.5, gid=mode.value, label=label, **style)
+    if not fits:
+        unnamed.add(mode)
+    else:
         box = {"boxstyle": "square,pad=0.1", "facecolor": MODE_FILL[mode], "edgecolor": "none"}
         text: dict[str, Any] = {"color": "black", "ha": "center", "va": "center", "bbox": box}
         axes.text(sum(span) / 2, row, mode.label, **text)

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 SPECIAL_MARKERS = {"activation": "^", "deactivation": "v", "turning_point": "o", "cost_extremum": "D"}
 """Marker of each kind of special point."""
 
+DASHES, OTHER_PIECE = (0, (3, 1.5)), "_not_minimum"
+"""Dashes and label of lines of points that are not minima, which have one entry in the legend."""
+
+BORDER = "border of lowest cost"
+
 
 @check_arguments
 def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) -> "Figure":
@@ -67,8 +72,8 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
         for border in diagram.borders:
             value = math.degrees(border.value) if angular else border.value
             for axes in (upper, lower):
-                axes.axvline(value, label="_border", **style.limit_line)
-        lower.axhline(1, **style.limit_line)
+                axes.axvline(value, label=BORDER, **style.limit_line)
+        lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are points that are not minima
         name, unit = diagram.parameter.replace("_", " "), "deg" if angular else diagram.unit
         label = name if unit in ("", "1") else f"{name} [{unit}]"
         lower.set(ylabel="spectral radius", xlabel=label, ylim=(0, find_top(lower)))
@@ -84,9 +89,9 @@ def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, an
     """Draw one branch in both panels."""
     values = np.degrees(branch.values) if angular else branch.values
     for curve, costs, minimum in _pieces(branch):
-        dashes = "-" if minimum else (0, (3, 1.5))
+        label, dashes = ("_branch", "-") if minimum else (OTHER_PIECE, DASHES)
         curve = np.degrees(curve) if angular else curve
-        upper.plot(curve, costs, color=color, linestyle=dashes, label="_branch")
+        upper.plot(curve, costs, color=color, linestyle=dashes, label=label)
     known = np.isfinite(branch.multipliers).any(axis=1)
     radii = np.nanmax(np.abs(branch.multipliers[known]), axis=1) if known.any() else np.empty(0)
     lower.plot(values[known], np.minimum(radii, 2 * LARGEST_RADIUS), color=color, label="_branch")
@@ -125,6 +130,8 @@ def _legend_entries(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], li
     from matplotlib.lines import Line2D
 
     entries: dict[str, Any] = {name: Line2D([], [], color=color) for name, color in colors.items()}
+    if any(line.get_label() == OTHER_PIECE for line in axes.lines):
+        entries["not a minimum"] = Line2D([], [], color="0.3", linestyle=DASHES)
     for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
         entries.setdefault(label, handle)
     return list(entries.values()), list(entries)

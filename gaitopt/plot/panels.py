@@ -12,13 +12,15 @@ from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.shown_limits import select_near_limits
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.impulse_marks import draw_actuator_impulses
-from gaitopt.plot.style import LIMIT, MODE_FILL, MODE_HATCH, MODE_INK, angle_symbol, foot_line_style, line_style
+from gaitopt.plot.interpolation import interpolate_samples
+from gaitopt.plot.slip_shading import shade_slips
+from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_style, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHORT = 0.15
-"""A slip phase is enlarged when it lasts less than this share of the step."""
+SHORTEST, SHORT = 1e-5, 0.15
+"""A slip phase is enlarged when it lasts less than the second share of the step, and more than a rounding error."""
 
 SINGLE = {"color": "black"}
 """Style of the line of a panel that has only one."""
@@ -43,7 +45,8 @@ def short_slips(motion: AnyMotion) -> list[PhaseView]:
     ['slip+']
     """
     view = view_motion(motion)
-    return [part for part in view.segments if part.slipping and part.duration < SHORT * view.period]
+    longest = SHORT * view.period
+    return [part for part in view.segments if part.slipping and SHORTEST * view.period < part.duration < longest]
 
 
 def draw_angles(axes: "Axes", view: MotionView) -> None:
@@ -63,7 +66,8 @@ def draw_torques(axes: "Axes", view: MotionView) -> None:
     _draw_actuators(axes, view, "N m")
     axes.set_ylabel("torque [N m]")
     if not view.actuators:
-        axes.text(0.5, 0.5, "no actuators", transform=axes.transAxes, ha="center", va="center")
+        box = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": "none"}
+        axes.text(0.5, 0.5, "no actuators", transform=axes.transAxes, ha="center", va="center", bbox=box)
         axes.set_yticks([])
 
 
@@ -100,8 +104,10 @@ def draw_force_ratio(axes: "Axes", view: MotionView) -> None:
         axes.axhline(-friction, **LIMIT)
         reach = max(reach, friction)
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    # No line is drawn below the cone, which leaves room for the legend.
-    axes.set_ylim(-1.75 * reach, 1.25 * reach)
+    figure = axes.get_figure(root=True)
+    wide = figure is not None and figure.get_figwidth() >= NARROW
+    # No line is drawn below the cone, which leaves room for the legend; that of a column is above the panel.
+    axes.set_ylim((-1.75 if wide else -1.25) * reach, 1.25 * reach)
 
 
 def draw_foot_speed(axes: "Axes", view: MotionView) -> None:
@@ -132,24 +138,6 @@ def find_ratio(f_t: Array, f_n: Array) -> Array:
     return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)
 
 
-def shade_slips(axes: "Axes", view: MotionView, *, hatched: bool = True) -> None:
-    """Shade the slip phases of a motion over the height of an axes; an edge keeps the shortest visible."""
-    for segment in view.segments:
-        if segment.slipping:
-            color = MODE_FILL[segment.mode]
-            hatch = MODE_HATCH[segment.mode] if hatched else ""
-            span = (float(segment.time[0]), float(segment.time[-1]))
-            axes.axvspan(*span, facecolor=color, alpha=0.25, linewidth=0, zorder=0, gid=segment.mode.value)
-            axes.axvspan(*span, facecolor="none", edgecolor=color, hatch=hatch, linewidth=0.8, zorder=0.5)
-
-
-def name_enlargement(axes: "Axes", phase: PhaseView) -> None:
-    """Write above an axes which phase it enlarges, where the legend of the panel above leaves space."""
-    text = f"{phase.mode.label} enlarged\n{1e3 * phase.duration:.3g} ms"
-    style: dict[str, Any] = {"color": MODE_INK[phase.mode], "ha": "right", "va": "bottom"}
-    axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **style).set_in_layout(False)
-
-
 def name_phases(axes: "Axes", motion: MotionView) -> None:
     """Write the mode of every phase above an axes; names that would collide move up a line."""
     start, period = float(motion.segments[0].time[0]), motion.period
@@ -167,7 +155,9 @@ def name_phases(axes: "Axes", motion: MotionView) -> None:
         )
 
 
-def enlarge(axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["Axes", MotionView], None]) -> None:
+def enlarge(
+    axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["Axes", MotionView], None], *, beside: int
+) -> None:
     """Draw a panel again over a short slip phase only, with its time in ms.
 
     The shading is plain here, where a hatch would be coarser than what is to be read.
@@ -180,6 +170,8 @@ def enlarge(axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["A
         One of the motion's phases.
     draw : callable
         What draws the panel over the whole step.
+    beside : int
+        Number of enlargements side by side, which limits the number of ticks.
     """
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -189,8 +181,8 @@ def enlarge(axes: "Axes", view: MotionView, phase: PhaseView, draw: Callable[["A
     shade_slips(axes, view, hatched=False)
     axes.set_ylabel("")
     axes.set_xlim(phase.time[0] - 0.25 * phase.duration, phase.time[-1] + 0.25 * phase.duration)
-    long = phase.time[-1] >= 1.0  # labels of four digits
-    axes.xaxis.set_major_locator(MaxNLocator(2 if long else 3, steps=[1, 2, 5, 10], min_n_ticks=1 if long else 2))
+    few = phase.time[-1] >= (1.0 if beside == 1 else 0.1)  # labels of four or three digits
+    axes.xaxis.set_major_locator(MaxNLocator(2 if few else 3, steps=[1, 2, 5, 10], min_n_ticks=1 if few else 2))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda time, _: f"{1e3 * time:g}"))
 
 
@@ -198,8 +190,9 @@ def _draw_coordinates(axes: "Axes", view: MotionView, unit: str, factor: float) 
     """Draw the coordinates of a unit, and the joint stops that have it: levels, or gaps that fall to zero."""
     numbers, rows = _number_channels(view), view.channels(unit)
     for row, channel in rows:
-        values = [factor * part.q[row] for part in view.segments]
-        _draw_line(axes, view, values, label=angle_symbol(channel.name), **line_style(numbers[channel.name]))
+        parts = [interpolate_samples(part.time, factor * part.q[row], factor * part.v[row]) for part in view.segments]
+        time, values = (join_segments(each) for each in zip(*parts, strict=True))
+        axes.plot(time, values, label=angle_symbol(channel.name), **line_style(numbers[channel.name]))
     stops = [(i, contact) for i, contact in enumerate(view.contacts) if contact.is_stop and contact.unit == unit]
     levels = set()
     for number, (i, contact) in enumerate(stops):

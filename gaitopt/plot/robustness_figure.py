@@ -92,14 +92,20 @@ def _add_key(figure: "Figure", tests: Mapping[str, RobustnessRecord], width: flo
     add_page_legend(figure, bars, labels, columns=3, width=width, loc="outside upper center")
 
 
-def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, Recovery]:
-    """Return the recoveries of all tests by their laws, with the label of the test if there are several."""
-    return {
-        name if len(tests) == 1 else f"{label}: {name}": recovery
-        for label, test in tests.items()
-        for name, recovery in test.recoveries.items()
-        if recovery is not None
-    }
+def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, tuple[Recovery, dict[str, Any]]]:
+    """Return the recoveries of all tests and the styles of their lines, by their laws.
+
+    If there are several tests, the names begin with their labels, and the lines have the colours of their bars.
+    """
+    named: dict[str, tuple[Recovery, dict[str, Any]]] = {}
+    for number, (label, test) in enumerate(tests.items()):
+        known = {name: recovery for name, recovery in test.recoveries.items() if recovery is not None}
+        for place, (name, recovery) in enumerate(known.items()):
+            single, look = len(tests) == 1, line_style(place)
+            if not single:
+                look["color"] = line_style(number)["color"]
+            named[name if single or name == label else f"{label}: {name}"] = recovery, look
+    return named
 
 
 def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -> None:
@@ -124,18 +130,19 @@ def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -
     axes.locator_params(axis="x", nbins=5)
 
 
-def _draw_returns(axes: "Axes", returns: Mapping[str, Recovery], width: float) -> None:
+def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, Any]]], width: float) -> None:
     """Draw the share of the walks of each law that have returned to the gait after a number of steps."""
-    for number, (name, recovery) in enumerate(returns.items()):
+    recoveries = [recovery for recovery, _ in returns.values()]
+    for name, (recovery, look) in returns.items():
         settling = np.sort(np.array(recovery.settling, dtype=float))
         steps = np.concatenate([[0.0], settling, [float(recovery.steps)]])
         counts = np.concatenate([[0.0], np.arange(1, settling.size + 1), [float(settling.size)]])
         label = name.replace("_", " ")
-        axes.step(steps, 100 * counts / recovery.starts, where="post", label=label, **line_style(number))
-    size = max(recovery.radius for recovery in returns.values())
+        axes.step(steps, 100 * counts / recovery.starts, where="post", label=label, **look)
+    size = max(recovery.radius for recovery in recoveries)
     axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(0, 104))
     axes.set_title(f"random pushes up to {size:.3g} rad/s", loc="left", pad=3)
-    axes.set_xlim(0, max(recovery.steps for recovery in returns.values()))
+    axes.set_xlim(0, max(recovery.steps for recovery in recoveries))
     handles, labels = axes.get_legend_handles_labels()
     figure = axes.get_figure(root=True)
     if figure is not None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,11 +10,12 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.foot_arc import figure_points, find_foot_arc, find_open_feet
 from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
-from gaitopt.motion.motion_view import MotionView, PhaseView
+from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, find_cone_ends, force_handles, walker_height
-from gaitopt.plot.ground_line import draw_ground
-from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_INK, leg_color
+from gaitopt.plot.ground_line import BAND, draw_ground
+from gaitopt.plot.instant_labels import MotionSample, draw_instant_labels
+from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, PATCH, leg_color
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -32,20 +33,10 @@ FRONT = 4
 """Drawing order of the leg in front."""
 
 
-class MotionSample(NamedTuple):
-    """A sample of a motion: its segment, and the column in the arrays of the segment."""
-
-    segment: PhaseView
-    sample: int
-
-    @property
-    def time(self) -> float:
-        """Time of the sample [s]."""
-        return float(self.segment.time[self.sample])
-
-
 def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSample]:
     """Return samples spread evenly over a step, with at least one in every slip phase, however short.
+
+    There are fewer where a motion has few samples.
 
     Parameters
     ----------
@@ -70,7 +61,8 @@ def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSamp
             nearest = int(np.argmin(np.abs(times - middle)))
             times[nearest], owner[nearest] = middle, number
     chosen = zip(times, (motion.segments[number] for number in owner), strict=True)
-    return [MotionSample(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen]
+    samples = (MotionSample(segment, int(np.argmin(np.abs(segment.time - time)))) for time, segment in chosen)
+    return list(dict.fromkeys(samples))
 
 
 def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -> None:
@@ -95,7 +87,7 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
         draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
         _draw_walker(axes, motion, instant, shift, slope)
     _draw_grounds(axes, motion, figures, shifts)
-    _draw_labels(axes, motion, instants, shifts, slope)
+    draw_instant_labels(axes, motion, instants, shifts, slope)
     _draw_key(axes, motion, columns=4 if count == INSTANTS else 2)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
@@ -205,45 +197,8 @@ def _draw_grounds(axes: "Axes", motion: MotionView, figures: Sequence[Array], sh
         draw_ground(axes, motion.terrain, ends, slope, shift=shift)
 
 
-def _draw_labels(
-    axes: "Axes", motion: MotionView, instants: Sequence[MotionSample], shifts: Array, slope: float
-) -> None:
-    """Write the time below each figure, and where a phase begins its slides, or that no foot is on the ground."""
-    from matplotlib import rcParams
-    from matplotlib.font_manager import FontProperties
-
-    named: set[int] = set()
-    size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()  # a number, or a name such as medium
-    below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": size}
-    for instant, shift in zip(instants, shifts, strict=True):
-        segment = instant.segment
-        x, y = tilt(_ground_below(motion, instant) + np.array([shift, 0.0]), slope)
-        axes.annotate(f"{instant.time:.3f} s", (x, y), (0, -0.75 * size), color="0.25", **below)
-        if id(segment) in named:
-            continue
-        named.add(id(segment))
-        for line, foot in enumerate(segment.slipping):
-            mode = segment.modes[foot]
-            arrow = "\N{RIGHTWARDS ARROW}" if mode.sign > 0 else "\N{LEFTWARDS ARROW}"
-            slid = f"{abs(1e3 * segment.slide(foot)):.3g} mm"
-            several = len(motion.loaded) > 1
-            text = f"{motion.contacts[foot].name}\n{arrow} {slid}" if several else f"{arrow} {mode.label}\n{slid}"
-            axes.annotate(text, (x, y), (0, -(2.1 + 2.5 * line) * size), color=MODE_INK[mode], weight="bold", **below)
-        if motion.is_flight(segment):
-            axes.annotate("flight", (x, y), (0, -2.1 * size), color="0.25", style="italic", **below)
-
-
-def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
-    """Return the place of the first foot on the ground, or the ground below the feet in flight, shape (2,) [m]."""
-    segment, feet = instant.segment, motion.feet
-    closed = [foot for foot in feet if segment.modes[foot] is not Mode.FREE]
-    if closed:
-        return np.asarray(segment.places[:, closed[0], instant.sample])
-    return np.array([segment.points[0, :, instant.sample].mean(), 0.0])
-
-
 def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
-    """Name the legs and forces above the figures."""
+    """Name the legs, forces and patches of the ground above the figures."""
     from matplotlib.lines import Line2D
 
     entries: dict[str, Artist] = {}
@@ -254,6 +209,8 @@ def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
     if motion.loaded:
         shown = len(LABELS) if np.isfinite(motion.parameters["friction"]) else 1  # without a cone on rough ground
         legs, names = [*legs, *force_handles()[:shown]], [*names, *LABELS[:shown]]
+    if any(line.get_color() == PATCH for line in axes.lines):
+        legs, names = [*legs, Line2D([], [], color=PATCH, linewidth=BAND)], [*names, "patch"]
     if not legs:
         return
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}

@@ -35,12 +35,15 @@ DASHES = tuple(dict.fromkeys(dashes for _, dashes in LINES))
 
 LIMIT: dict[str, Any] = {"color": "0.35", "linewidth": 0.9, "linestyle": (0, (2, 2))}
 
-# Two legs: dark and thick against light and thin, so that they differ in grey as well.
-FIRST_LEG, SECOND_LEG, BODY = "#12355B", "#D98A2B", "0.45"
+# Two legs: dark and thick against light and thin, so that they differ in grey as well.  Contact modes differ from both.
+FIRST_LEG, SECOND_LEG, BODY = "#12355B", "#785AD2", "0.45"
 CONTACTS = (FIRST_LEG, SECOND_LEG, "#2E7D5B", "#8E3B76", "#5A5A5A", "#7A5C00")
 """Colours of the feet and their legs, in the order of the contacts; they repeat."""
 
 GROUND = "0.25"
+PATCH = "#008B8B"
+"""Colour of the band of a patch of other friction on the ground."""
+
 FORCE = "#B3123F"
 CONE = "#DCE6C8"
 WARNING = "#B00020"
@@ -150,6 +153,7 @@ _LOOKS: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
     "grid.color": "0.9",
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.5,

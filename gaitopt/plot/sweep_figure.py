@@ -9,7 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
 from gaitopt.plot.region_map import EMPTY, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-HEIGHT, MAP_HEIGHT = 3.4, 2.9
-"""Height of a figure over one parameter, and of a map over two [inch]."""
+HEIGHT, MAP_HEIGHT, EDGES_HEIGHT = 3.4, 2.8, 1.0
+"""Heights of a figure over one parameter, of a map over two, and of its legend and axis labels [inch]."""
 
 FAILURE_ROW = 0.07
 """Height of a row of crosses over that of the lines."""
@@ -86,11 +86,10 @@ def plot_sweep(
         raise InputError("The sweep has no solved gait to draw.")
     style, label = style or FigureStyle(), label_quantity(quantity, unit)
     drawn = in_shown_unit(values, unit), lowest
-    one = len(names) == 1
-    figure = _draw_lines(table, names[0], drawn, label, style) if one else _draw_maps(table, names, drawn, label, style)
-    if style.titled and title:
-        figure.suptitle(title, fontsize=style.font_size)
-    return figure
+    title = wrap_text(title, int(LETTERS_PER_INCH * style.width)) if style.titled else ""
+    if len(names) == 1:
+        return _draw_lines(table, names[0], drawn, (label, title), style)
+    return _draw_maps(table, names, drawn, (label, title), style)
 
 
 def _describe_sweep(table: "xr.Dataset") -> str:
@@ -128,8 +127,10 @@ def _read_quantity(table: "xr.Dataset", quantity: str) -> tuple[Array, str]:
     return np.asarray(column.transpose(*table.status.dims).values, dtype=float), str(table[quantity].attrs["units"])
 
 
-def _draw_lines(table: "xr.Dataset", name: str, columns: tuple[Array, Any], label: str, style: FigureStyle) -> "Figure":
-    values, lowest = columns
+def _draw_lines(
+    table: "xr.Dataset", name: str, columns: tuple[Array, Any], texts: tuple[str, str], style: FigureStyle
+) -> "Figure":
+    (values, lowest), (label, title) = columns, texts
     unit = str(table[name].attrs.get("units", "1"))
     across = in_shown_unit(table[name].values, unit)
     with style.figure(HEIGHT) as figure:
@@ -145,7 +146,7 @@ def _draw_lines(table: "xr.Dataset", name: str, columns: tuple[Array, Any], labe
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
             handles, labels = [*handles, mark], [*labels, "lowest cost"]
-        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH}
+        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": title}
         add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
     return figure
 
@@ -172,29 +173,33 @@ def _mark_failures(axes: "Axes", across: Array, values: Array) -> None:
 
 
 def _draw_maps(
-    table: "xr.Dataset", names: list[str], columns: tuple[Array, Any], label: str, style: FigureStyle
+    table: "xr.Dataset", names: list[str], columns: tuple[Array, Any], texts: tuple[str, str], style: FigureStyle
 ) -> "Figure":
-    values, lowest = columns
+    (values, lowest), (label, title) = columns, texts
     units = [str(table[name].attrs.get("units", "1")) for name in names]
     across, upward = (in_shown_unit(table[name].values, unit) for name, unit in zip(names, units, strict=True))
     chosen = np.take_along_axis(values, np.maximum(lowest, 0)[None], axis=0)[0]
     chosen = np.where(lowest >= 0, chosen, np.nan)
     several, narrow = table.sizes["sequence"] > 1, style.width < NARROW
     rows, count = (1 + several, 1) if narrow else (1, 1 + several)
-    with style.figure(MAP_HEIGHT * rows + 0.3) as figure:
+    with style.figure(MAP_HEIGHT * rows + EDGES_HEIGHT) as figure:
         panels = figure.subplots(rows, count, sharex=True, sharey=True, squeeze=False).ravel()
         low, high = _shown_range(chosen, float(np.nanmin(chosen)), float(np.nanmax(chosen)))
         look: dict[str, Any] = {"cmap": COLOURS, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
         mesh = panels[0].pcolormesh(across, upward, chosen.T, **look)
-        figure.colorbar(mesh, ax=panels[0], label=label)
+        figure.colorbar(mesh, ax=panels[0], label=label, location="top")
+        place: dict[str, Any] = {"loc": "outside upper center", "title": title}
         if several:
+            panels[1].set_title("contact sequence of lowest cost")
             sequences = [str(name) for name in table.sequence.values]
             styles = {name: area_color(number) for number, name in enumerate(sequences)}
             handles = draw_regions(panels[1], (across, upward), lowest, styles)
-            texts = [str(handle.get_label()) for handle in handles]
-            add_page_legend(figure, handles, texts, columns=3, width=style.width, loc="outside upper center")
+            labels = [str(handle.get_label()) for handle in handles]
+            add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
         elif np.any(lowest < 0):
-            add_page_legend(figure, [empty_patch()], [EMPTY], columns=1, width=style.width, loc="outside upper right")
+            add_page_legend(figure, [empty_patch()], [EMPTY], columns=1, width=style.width, **place)
+        elif title:
+            figure.suptitle(title, fontsize=style.font_size)
         for axes in panels:
             axes.grid(visible=False)
             axes.label_outer()

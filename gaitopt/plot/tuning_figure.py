@@ -79,7 +79,8 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     top = min(float(finite.max(initial=0.0)), largest)
     if tuned.objective == "spectral radius":
         axes.axhline(1, label="stability limit", **FigureStyle.limit_line)
-        top = max(top, 1.0, _draw_open_loop(axes, tuned.radius_before, largest))
+        top = max(top, 1.0)
+        top = max(top, _draw_open_loop(axes, tuned.radius_before, max(top, largest)))
     if finite.size:
         axes.set_ylim(0, 1.05 * top)
     axes.set(xlabel="evaluation", ylabel=tuned.objective)
@@ -91,7 +92,9 @@ def _draw_open_loop(axes: "Axes", radius: float, largest: float) -> float:
         axes.axhline(radius, label="open loop", linewidth=1, **line_style(1))
         return radius
     if math.isfinite(radius):
-        axes.text(0.98, 0.97, f"open loop: {radius:.3g}", ha="right", va="top", transform=axes.transAxes)
+        box = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
+        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "va": "top", "bbox": box}
+        axes.text(0.98, 0.9, f"open loop: {radius:.3g}", **place)  # below the stability limit
     return 0.0
 
 

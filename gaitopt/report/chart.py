@@ -12,7 +12,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.report.markup import Element, element, points
 
 WIDTH, HEIGHT = 420, 230
-LEFT, RIGHT, TOP, BOTTOM = 54, 10, 10, 38
+LEFT, RIGHT, TOP, BOTTOM = 66, 10, 10, 38
 """Size of a chart and its margins [px]."""
 
 COLOURS = 7
@@ -139,7 +139,7 @@ class Chart:
     >>> line = Curve(label="a", x=(np.array([0.0, 1.0]),), y=(np.array([0.0, 2.0]),))
     >>> chart = Chart(title="a", x_label="time [s]", y_label="a [m]", unit="m", lines=[line])
     >>> chart.draw().tag, chart.place(0.0, 0.0)[0]
-    ('svg', 54.0)
+    ('svg', 66.0)
     """
 
     title: str

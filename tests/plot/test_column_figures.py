@@ -18,7 +18,7 @@ from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.plot.style import line_style
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking
 from tests.conftest import ROOT
-from tests.plot.test_gait_figure import axes_of
+from tests.plot.test_gait_figure import axes_of, check_texts
 from tests.plot.test_result_figures import make_sweep
 
 COLUMN = FigureStyle(width=3.5)
@@ -54,6 +54,23 @@ def test_the_facts_of_a_title_are_not_divided(slipping, width):
     title = plot_gait(slipping, style=FigureStyle(width=width)).get_suptitle()
     for fact in ("speed 0.633 m/s", "step length 0.4713 m", r"friction $\mu$ = 0.14"):
         assert any(fact in line for line in title.splitlines()), title
+
+
+@pytest.mark.parametrize(("width", "below"), [(3.5, -1.25), (7.2, -1.75)])
+def test_a_panel_has_room_for_a_legend_only_if_it_contains_one(slipping, width, below):
+    low, high = axes_of(plot_gait(slipping, style=FigureStyle(width=width)))["force ratio"].get_ylim()
+    assert high == pytest.approx(1.25 * 0.14, rel=1e-6)
+    assert low == pytest.approx(below * 0.14, rel=1e-6)
+
+
+def test_ticks_of_enlargements_side_by_side_lie_apart(slipping):
+    first, parameters = slipping.motion.segments[0], slipping.motion.parameters
+    law = feedforward(slipping.robot, slipping.motion)
+    walk = simulate(slipping.robot, first.q[:, 0], first.v[:, 0], parameters, law=law, steps=3)
+    figure = plot_motion(walk.motion)
+    assert sum(axes.get_label() == "foot speed enlarged" for axes in figure.axes) == 3
+    check_texts(figure)
+    check_texts(plot_motion(walk.motion, style=COLUMN))
 
 
 def test_labels_of_the_rows_of_a_comparison_lie_apart(slipping):

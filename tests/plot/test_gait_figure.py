@@ -178,10 +178,10 @@ def test_ground_is_inclined_on_a_slope(sloping, slipping):
     assert "slope of 3\N{DEGREE SIGN} downhill" in draw(sloping).get_suptitle()
 
 
-def check_texts(figure):
-    """Check that the texts of a figure are large enough, inside the page and apart from each other."""
+def check_texts(figure, *, least=8):
+    """Check that the texts of a figure are large enough [pt], inside the page and apart from each other."""
     texts = every_text(figure)
-    assert min(text.get_fontsize() for text in texts) >= 8
+    assert min(text.get_fontsize() for text in texts) >= least
     page = figure.bbox.padded(1)
     # Ticks beyond the limits are laid out but not drawn.
     hidden = {

@@ -1,10 +1,12 @@
 """Figures of robots with several contacts: every foot, stop, mode and flight is drawn."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from gaitopt import FigureStyle, InputError, animate, plot_gait
 from gaitopt.cli.script import call_script
@@ -26,8 +28,10 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
-from gaitopt.plot.panels import foot_style
-from gaitopt.plot.style import MODE_FILL, WARNING, leg_color
+from gaitopt.plot.mode_bar import draw_mode_bar
+from gaitopt.plot.panels import foot_style, short_slips
+from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures
+from gaitopt.plot.style import MODE_FILL, PATCH, leg_color
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
 from tests.simulation.planar_examples import heel_toe_walker
@@ -152,9 +156,73 @@ def test_every_mode_has_a_colour():
     assert set(MODE_FILL) == set(Mode) - {Mode.ANY}
 
 
+@pytest.mark.parametrize("width", [7.2, 3.5])
 @pytest.mark.parametrize("name", ["kneed", "hopper", "both_feet"])
-def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, request):
-    check_texts(plot_motion(request.getfixturevalue(name), title=name))
+def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, width, request):
+    check_texts(plot_motion(request.getfixturevalue(name), title=name, style=FigureStyle(width=width)))
+
+
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_a_phase_with_slips_in_both_directions_has_a_shading_of_neither(both_feet, width):
+    axes = axes_of(plot_motion(both_feet, style=FigureStyle(width=width)))
+    shades = [patch.get_gid() for patch in axes["angles"].patches if patch.get_gid()]
+    assert shades == ["slip+", "slip+ slip-"]
+    key = axes["modes"] if width < 5 else axes["modes key"]
+    labels_of_key = [text.get_text() for text in key.get_legend().get_texts()]
+    assert [text.replace("\n", " ") for text in labels_of_key] == ["slip+ phase", "slip+ and slip\N{MINUS SIGN} phase"]
+    fills = {MODE_FILL[mode] for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)}
+    both = next(patch for patch in axes["angles"].patches if patch.get_gid() == "slip+ slip-")
+    assert not any(same_color(both.get_facecolor()[:3], fill) for fill in fills)
+
+
+def test_slips_of_rounding_errors_are_neither_enlarged_nor_stated_exactly(both_feet):
+    """A simulation that jams may end with a phase that is shorter than any time of interest."""
+    view = view_motion(both_feet)
+    assert len(short_slips(view)) == 1
+    first, *others = view.segments
+    start = {name: value[..., :1] for name, value in vars(first).items() if isinstance(value, np.ndarray)}
+    start = {name: np.concatenate([value, value], axis=-1) for name, value in start.items()}
+    start |= {name: start[name] + [0, 1e-12] for name in ("time", "slides")}
+    view = replace(view, segments=(replace(first, **start), *others))
+    assert short_slips(view) == []
+    axes = Figure().add_subplot()
+    draw_stick_figures(axes, view)
+    texts = [text.get_text() for text in axes.texts if "mm" in text.get_text()]
+    assert texts[0] == "foot A\n\N{RIGHTWARDS ARROW} < 0.001 mm"
+
+
+def test_a_sample_is_drawn_once_where_a_flight_has_few(hopper):
+    instants = choose_instants(hopper)
+    assert len({(id(instant.segment), instant.sample) for instant in instants}) == len(instants) < 9
+    (body, *_) = axes_of(plot_motion(hopper))["lengths"].lines
+    time, height = body.get_data()
+    inside = time > hopper.segments[-1].time[0]
+    fall = np.polynomial.Polynomial.fit(time[inside], height[inside], 2)
+    assert inside.sum() > 3 * hopper.segments[-1].time.size
+    assert fall.convert().coef[2] == pytest.approx(-9.81 / 2, rel=1e-6)
+    np.testing.assert_allclose(fall(time[inside]), height[inside], atol=1e-9)
+
+
+def test_modes_of_phases_too_short_for_their_names_are_in_the_legend(hop_gait):
+    for width, labels_of_bars in ((7.2, []), (1.2, ["stick"])):
+        axes = Figure(figsize=(width, 1.0)).add_subplot()
+        draw_mode_bar(axes, view_motion(hop_gait.motion))
+        assert axes.get_legend_handles_labels()[1] == labels_of_bars
+
+
+def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait):
+    sequence = "heel A stick, toe B stick > heel A stick | heel A stick, toe A stick > toe A stick |"
+    title = f"{sequence}\nslip+ stick slip- | stick"
+    for width in (2.5, 3.5, 5.0):
+        lines = plot_gait(hop_gait, title=title, style=FigureStyle(width=width)).get_suptitle().splitlines()
+        assert " ".join(lines).startswith(title.replace("\n", " "))
+        assert not any(line.startswith(("stick,", "stick >", "stick |", "A ", "B ", "|")) for line in lines)
+
+
+def same_color(one, other):
+    from matplotlib.colors import to_rgb
+
+    return np.allclose(to_rgb(one), to_rgb(other), atol=1e-3)
 
 
 def test_the_axis_of_normal_forces_has_space_above_the_largest(kneed):
@@ -205,7 +273,8 @@ def test_terrain_is_drawn_below_each_figure(uneven):
     lines = [line.get_xydata() for line in axes.lines if line.get_zorder() < 2 and len(line.get_xydata()) > 1]
     rises = [np.ptp(xy[:, 1]) for xy in lines]
     assert max(rises) == pytest.approx(0.05)
-    assert any(line.get_color() == WARNING for line in axes.lines)
+    assert any(line.get_color() == PATCH for line in axes.lines)
+    assert "patch" in [text.get_text() for text in axes.get_legend().get_texts()]
     profile = find_profile(uneven.terrain, -1.0, 1.0)
     np.testing.assert_allclose(profile, [[-1, 0, 0, 0.1, 0.1, 0.6, 0.6, 1], [0, 0, *[-0.05] * 6]])
 

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import to_hex, to_rgb
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.plot import (
     plot_basin,
     plot_ranking,
@@ -17,7 +19,8 @@ from gaitopt.plot import (
     view_result,
 )
 from gaitopt.plot.basin_figure import ending_colors
-from gaitopt.plot.style import area_color, line_style
+from gaitopt.plot.comparison_figure import TERMS
+from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, area_color, leg_color, line_style
 from gaitopt.plot.sweep_figure import find_lowest
 from gaitopt.stability.recovery import Recovery
 from gaitopt.study import RobustnessMargins, RobustnessRecord
@@ -26,6 +29,7 @@ from gaitopt.tuning.controller_family import FamilySettings
 from gaitopt.tuning.record import Trial
 from gaitopt.tuning.tuning_file import TunedGains
 from tests.conftest import ROOT
+from tests.plot.test_gait_figure import check_texts
 
 SEQUENCES = ["stick | stick", "slip+ stick | slip+", "slip- stick slip+ | stick"]
 
@@ -47,7 +51,7 @@ def make_sweep(**axes):
         },
         {"sequence": SEQUENCES, **{name: (name, values, {"units": "rad"}) for name, values in axes.items()}},
     )
-    return table.assign_attrs(format="gaitopt sweep")
+    return table.assign_attrs(format="gaitopt sweep", question='{"problem": {"robot": "compass_biped"}}')
 
 
 def make_front():
@@ -99,7 +103,7 @@ def results(slipping_both_ways, hop_gait):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("width", "names"), [(3.5, ()), (7.0, ("sweep over two", "ranking", "push test"))])
-def test_no_figure_is_clipped(results, width, names):
+def test_no_figure_is_clipped_and_no_texts_overlap(results, width, names):
     style = FigureStyle(width=width, font_size=8)
     for name, result in results.items():
         if names and name not in names:
@@ -111,6 +115,7 @@ def test_no_figure_is_clipped(results, width, names):
         inside = (box.x0 > -tolerance, box.y0 > -tolerance, box.x1 < across + tolerance, box.y1 < upward + tolerance)
         assert all(inside), (name, box.bounds, (across, upward))
         assert across == width
+        check_texts(figure, least=6)
 
 
 def test_a_sweep_over_one_parameter_has_a_line_for_each_sequence_and_marks_the_lowest_cost():
@@ -143,15 +148,22 @@ def test_a_sweep_over_two_parameters_shows_the_sequence_of_lowest_cost():
     assert texts == SEQUENCES[:2]
 
 
+def title_of(figure):
+    """Return the title of a figure; it is that of a legend, as both would lie at the top of the page."""
+    assert not (figure.get_suptitle() and figure.legends)
+    return figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
+
+
 def test_a_sweep_states_its_robot_and_its_only_sequence_and_names_points_without_a_gait():
     table = make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[0])
-    table.attrs["question"] = '{"problem": {"robot": "compass_biped"}}'
     figure = plot_sweep(table)
-    assert figure.get_suptitle() == f"compass biped, {SEQUENCES[0]}"
+    assert title_of(figure) == f"compass biped, {SEQUENCES[0]}"
     assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == ["no gait"]
-    several = make_sweep(slope=np.linspace(0.0, 0.1, 5)).assign_attrs(table.attrs)
-    assert plot_sweep(several).get_suptitle() == "compass biped"
-    assert plot_sweep(several, style=FigureStyle(titled=False)).get_suptitle() == ""
+    several = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    assert title_of(plot_sweep(several)) == "compass biped"
+    assert title_of(plot_sweep(several, style=FigureStyle(titled=False))) == ""
+    complete = table.assign(lowest_sequence=(table.status.dims[1:], np.full(table.status.shape[1:], SEQUENCES[0])))
+    assert title_of(plot_sweep(complete.fillna(1.0))) == f"compass biped, {SEQUENCES[0]}"
 
 
 def test_a_basin_has_a_colour_for_each_ending(results):
@@ -168,6 +180,20 @@ def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_w
     assert next(text.get_text() for text in costs.texts).startswith(str(slipping_both_ways.sequence))
     modes = plot_ranking(results["ranking of several contacts"]).axes[1]
     assert sum(patch.get_width() for patch in modes.patches) == pytest.approx(100)
+    assert modes.get_xlabel() == "fraction of the step [%]"
+
+
+def test_each_bar_of_a_ranking_has_a_named_row_for_every_foot(hop_gait, slipping):
+    gaits = [RankedGait(sequence=gait.sequence, status="solved", gait=gait) for gait in (hop_gait, slipping)]
+    figure = plot_ranking(Ranking(tuple(gaits), True))
+    costs, modes = figure.axes
+    assert modes.get_xlabel().splitlines()[1] == "from top: foot, stance foot"
+    widths = {}
+    for patch in modes.patches:
+        level = round(patch.get_y() + patch.get_height() / 2, 6)
+        widths[level] = widths.get(level, 0.0) + patch.get_width()
+    assert list(widths.values()) == pytest.approx([100.0] * 4)
+    assert costs.texts[0].get_text().startswith("'foot stick > flight |': ")
 
 
 def test_tuned_gains_show_the_search_and_the_multipliers(results):
@@ -176,6 +202,14 @@ def test_tuned_gains_show_the_search_and_the_multipliers(results):
     assert lowest.get_ydata().tolist() == [0.8, 0.8, 0.5, 0.5]
     assert {line.get_label() for line in search.lines} >= {"open loop", "stability limit"}
     assert sorted(plane.lines[-1].get_ydata()) == [-0.4, 0.4]
+
+
+@pytest.mark.parametrize("lowest", [0.5, 1e-3])
+def test_an_open_loop_below_the_stability_limit_is_a_line(results, lowest):
+    trials = tuple(Trial({"stiffness": 30.0}, value) for value in (0.8, lowest))
+    search = plot_tuning(replace(results["tuned gains"], trials=trials, radius_before=0.634)).axes[0]
+    assert "open loop" in {line.get_label() for line in search.lines}
+    assert not search.texts
 
 
 @pytest.mark.parametrize(("radius", "drawn"), [(2.424, True), (50.0, False)])
@@ -196,6 +230,17 @@ def test_a_push_test_has_an_axis_for_each_disturbance(results):
     assert returned.max() == 75
 
 
+def test_lines_of_a_test_have_the_colour_of_its_bars(results):
+    record = results["push test"]
+    figure = plot_robustness({"open loop": record, "other": record})
+    lines = {line.get_label(): line for line in figure.axes[-1].lines}
+    names = ["computed torque, by the stance angle", "open loop"]
+    assert list(lines) == [f"open loop: {names[0]}", "open loop", f"other: {names[0]}", "other: open loop"]
+    bars = [to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches]
+    assert [to_hex(line.get_color()) for line in lines.values()] == [bars[0], bars[0], bars[1], bars[1]]
+    assert len({str(line.get_linestyle()) for line in list(lines.values())[:2]}) == 2
+
+
 def test_what_has_no_figure_is_refused(results):
     flat = make_sweep(slope=[0.0], friction=[0.1])
     three = make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2], speed=[0.5, 0.6])
@@ -213,8 +258,6 @@ def test_what_has_no_figure_is_refused(results):
 
 def simulate_deuteranopia(color):
     """Return a colour as readers without green cones see it (Vienot, Brettel and Mollon 1999, linear RGB)."""
-    from matplotlib.colors import to_rgb
-
     linear = np.array(to_rgb(color)) ** 2.2
     to_cones = np.array([[17.8824, 43.5161, 4.1194], [3.4557, 27.1554, 3.8671], [0.0300, 0.1843, 1.4671]])
     without_green = np.array([[1, 0, 0], [0.494207, 0, 1.24827], [0, 0, 1]])
@@ -227,6 +270,21 @@ def test_colours_of_lines_and_areas_differ_without_green_cones():
         seen = [simulate_deuteranopia(color) for color in colors]
         gaps = [np.linalg.norm(a - b) for i, a in enumerate(seen) for b in seen[:i]]
         assert min(gaps) > 0.1, gaps
+
+
+def test_legs_contact_modes_and_forces_differ_without_green_cones():
+    marks = [MODE_FILL[mode] for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)]
+    for seen in (simulate_deuteranopia, lambda color: np.array(to_rgb(color))):
+        colors = [seen(color) for color in (leg_color(0), leg_color(1), *marks, FORCE, CONE, BODY)]
+        gaps = [np.linalg.norm(a - b) for i, a in enumerate(colors) for b in colors[:i]]
+        assert min(gaps) > 0.2, gaps
+
+
+def test_terms_of_the_cost_differ_from_the_lines_of_gaits_and_from_each_other():
+    terms = [np.array(to_rgb(color)) for _, _, color, _ in TERMS]
+    lines = [np.array(to_rgb(line_style(number)["color"])) for number in range(5)]
+    assert min(np.linalg.norm(term - line) for term in terms for line in lines) > 0.2
+    assert min(np.linalg.norm(a - b) for i, a in enumerate(terms) for b in terms[:i]) > 0.2
 
 
 def test_a_notebook_shows_results_with_their_figures(results):

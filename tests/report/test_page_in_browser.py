@@ -1,10 +1,15 @@
 """The report in headless Chromium: it plays, is scrubbed by mouse and keys, fits every screen, and never complains."""
 
 import re
+from importlib.resources import files
+from itertools import combinations
 
+import numpy as np
 import pytest
 
 from gaitopt import write_report
+from gaitopt.report.chart import Chart, Curve
+from gaitopt.report.markup import to_html
 from tests.hostile import NAME, TEXT, make_hostile
 
 
@@ -52,6 +57,23 @@ def luminance(color):
     parts = [int(part) / 255 for part in re.findall(r"\d+", color)[:3]]
     linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("largest", [0.05, 0.4, 8.0, 1500.0])
+def test_the_label_of_an_axis_and_the_numbers_at_its_ticks_lie_apart(browser, largest):
+    line = Curve(label="ratio", x=(np.array([0.0, 1.0]),), y=(largest * np.array([-1.0, 1.0]),))
+    chart = Chart(title="ratio", x_label="time [s]", y_label="a label as long as the axis", unit="", lines=[line])
+    page = browser.new_page()
+    styles = "".join((files("gaitopt.report") / "assets" / name).read_text() for name in ("page.css", "parts.css"))
+    page.set_content(f"<style>{styles}</style><div class='gaitopt'>{to_html(chart.draw())}</div>")
+    boxes = page.evaluate(
+        "[...document.querySelectorAll('svg text')].map(text => text.getBoundingClientRect().toJSON())"
+    )
+    page.close()
+    assert len(boxes) > 8
+    for one, other in combinations(boxes, 2):
+        beside = one["right"] <= other["left"] or other["right"] <= one["left"]
+        assert beside or one["bottom"] <= other["top"] or other["bottom"] <= one["top"], (one, other)
 
 
 def test_scrubbing_moves_the_walker_the_sequence_and_the_charts(open_page):
