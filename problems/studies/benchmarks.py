@@ -23,6 +23,8 @@ SIMPLEST = {
     "imaginary": 0.5575987766821,
 }
 UNIT = "rad/sqrt(l/g)"
+SIMPLEST_COLOR = "#D55E00"
+"""Colour of the simplest walker in both panels."""
 
 
 def study(heaviest=0.01, lighter=0.7, ratios=8, degree=5, starts=40):  # leg mass / hip mass, a geometric series
@@ -108,9 +110,10 @@ def _draw_limit(axes, masses, light, limit):
     """Plot the distance of the walkers with light legs from the extrapolated limit."""
     names = {"th1": (r"$\theta_1$ [rad]", "o"), "th1_rate": (r"$\dot\theta_1$ [rad$/\sqrt{l/g}$]", "s")}
     names |= {"sum": ("sum of pair", "^"), "product": ("product of pair", "v")}
-    for (key, (label, marker)), color in zip(names.items(), ("#0072B2", "#D55E00", "#009E73", "#AA4499"), strict=True):
-        distance = np.abs(light[key] - limit[key])
-        axes.loglog(masses, distance, marker, linestyle="-", linewidth=0.8, markersize=4.5, color=color, label=label)
+    look = {"color": SIMPLEST_COLOR, "linestyle": "-", "linewidth": 0.8, "markersize": 4.5}
+    for key, (label, marker) in names.items():
+        fill = {"markerfacecolor": "white"} if key in ("sum", "product") else {}
+        axes.loglog(masses, np.abs(light[key] - limit[key]), marker, label=label, **look, **fill)
     axes.set(xlabel="leg mass / hip mass", ylabel="distance to the extrapolated limit", title="simplest walker")
     axes.set_ylim(None, 300 * axes.get_ylim()[1])
     axes.legend(loc="upper left", borderaxespad=0.2)
@@ -121,9 +124,10 @@ def _draw_multipliers(axes, wheel, limit, goswami):
     turn = np.linspace(0, 2 * np.pi, 181)
     axes.plot(np.cos(turn), np.sin(turn), **STYLE.limit_line)
     real, imaginary = _pair(limit)
+    simplest = np.array([real + 1j * imaginary, real - 1j * imaginary, limit["third"]])
     sets = {
         "rimless wheel, $n$ = 6": (wheel.multipliers, "o", "#0072B2"),
-        "simplest walker": (np.array([real + 1j * imaginary, real - 1j * imaginary, limit["third"]]), "s", "#D55E00"),
+        "simplest walker": (simplest, "s", SIMPLEST_COLOR),
         "Goswami's compass": (goswami.multipliers, "^", "#009E73"),
     }
     for label, (values, marker, color) in sets.items():

@@ -82,12 +82,18 @@ def _draw(table, shown):
             one = table.sel(gait=name, friction=shown)
             heights = [one.terms.where(one.verified == 1).sel(term=term).fillna(0).values for term, *_ in TERMS]
             stack_terms(axes, shift, 0.25, heights)
-        axes.set(xlabel=f"step length [m], friction {shown:g}", ylabel="work of the motors [J/m]")
-        axes.set_xticks(range(table.step_length.size), [f"{step:g}" for step in table.step_length.values])
+        bars = f"bars from left to right: {', '.join(GAITS)}"
+        axes.set(xlabel=f"step length [m], friction {shown:g} ({bars})", ylabel="work of the motors [J/m]")
+        axes.set_xticks(range(table.step_length.size), [_write(step) for step in table.step_length.values])
         axes.grid(visible=False, axis="x")
         handles, labels = axes.get_legend_handles_labels()
         axes.legend(handles[: len(TERMS)], labels[: len(TERMS)], loc="lower right", bbox_to_anchor=(1, 1), ncols=3)
     return figure
+
+
+def _write(length):
+    """Return a length with at least one decimal, as at the other axes."""
+    return np.format_float_positional(length, trim="0")
 
 
 def _draw_map(figure, axes, table):
@@ -102,7 +108,7 @@ def _draw_map(figure, axes, table):
         color = "white" if abs(np.nan_to_num(values[i, j])) > 35 else "black"
         axes.text(i + 0.5, j + 0.5, text, color=color, ha="center", va="center", fontsize=7)
     axes.set_xticks(np.arange(values.shape[0]) + 0.5, [f"{each:g}" for each in table.friction.values])
-    axes.set_yticks(np.arange(values.shape[1]) + 0.5, [f"{each:g}" for each in table.step_length.values])
+    axes.set_yticks(np.arange(values.shape[1]) + 0.5, [_write(each) for each in table.step_length.values])
     axes.set(xlabel=r"friction $\mu$", ylabel="step length [m]")
     axes.grid(visible=False)
 

@@ -21,9 +21,9 @@ STICK_LINE = {"color": "0.2", "linewidth": 1.3}
 SLIP_WIDTH = 2.6
 
 TERMS = (
-    ("impact_loss", 1, "impact", "#0072B2", ""),
+    ("impact_loss", 1, "impact", "#4D4D4D", ""),
     ("friction_loss", 1, "friction", "#E69F00", "///"),
-    ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#CC79A7", "..."),
+    ("braking_work", 2, "2 \N{MULTIPLICATION SIGN} braking", "#9C86BF", "..."),
 )
 """Terms of the absolute work of the motors on level ground: name, factor, label, colour, hatch."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from compass_setup import FRICTION, gait
 from drawing import STYLE
 from feedback_setup import IMITATED, LABEL, LAW_STYLE, LAWS, OPEN_LOOP, assess_open_loop, plan, tune_law, walker
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from published import check_value
 
@@ -18,6 +19,9 @@ from gaitopt.study import PublishedValue, Reproduction
 
 PUSH, SLIPPERY, PATCH = 0.01, 0.11, (2, 5)
 """A push [rad/s], the friction of a slippery patch, and the steps on it."""
+
+END_MARK = {"marker": "x", "color": "0.1", "markersize": 11}
+"""Mark of the end of a walk that does not take all steps."""
 
 
 def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.04):  # largest push [rad/s]
@@ -42,7 +46,9 @@ def study(laws=LAWS, evaluations=60, starts=200, steps=16, pushes=9, largest=0.0
             axes.set(xlabel="step", xlim=(-0.5, steps + 0.5), ylim=(1e-9, 3), yscale="log")
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         handles, labels = circle.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        if any(ends):
+            handles, labels = [*handles, Line2D([], [], linestyle="none", **END_MARK)], [*labels, "walk ends"]
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), columnspacing=1.2)
     return Reproduction(
         figure, _numbers(closed_loops), tuple(_remarks(closed_loops, work, sizes, [end for end in ends if end]))
     )
@@ -101,7 +107,7 @@ def _draw_return(axes, name, law, cycle, steps, push=0.0, patch=False):
     values = np.maximum(values, 1e-12)
     axes.plot(np.arange(values.size), values, markersize=4, **LAW_STYLE[name])
     if ended is not None:
-        axes.plot(values.size - 1, values[-1], marker="x", color="0.1", markersize=11, zorder=5, clip_on=False)
+        axes.plot(values.size - 1, values[-1], zorder=5, clip_on=False, **END_MARK)
     return ended
 
 

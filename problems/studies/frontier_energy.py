@@ -25,7 +25,8 @@ def study(frictions=(0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22), workers=2):
         left, right = figure.subplots(1, 2)
         for sequence, shift in ((STICK, -0.2), (SLIP, 0.2)):
             stack_terms(left, shift, 0.36, [terms[name].sel(sequence=sequence).values for name, *_ in TERMS])
-        left.set(xlabel=f"friction $\\mu$ (left bar {format_sequence(STICK)}, right bar {format_sequence(SLIP)})")
+        bars = f"left bar {format_sequence(STICK)}, right bar {format_sequence(SLIP)}"
+        left.set(xlabel=f"friction $\\mu$\n({bars})")
         left.set(ylabel="work of the motors over distance [J/m]", ylim=(0, None))
         stack_terms(right, 0.0, 0.6, [_difference(terms[name]) for name, *_ in TERMS])
         right.plot(sum(map(_difference, terms.values())), "D", color="0.1", markeredgecolor="white", label="total")

@@ -56,7 +56,7 @@ def study(speeds=(0.5, 0.7, 5), steps=(0.38, 0.54, 5), friction=FRICTION, worker
 def _write(axes, saving, hollow):
     """Write numbers into cells, in parentheses where `hollow`, in a legible colour."""
     for i, j in np.argwhere(np.isfinite(saving)):
-        text = f"{saving[i, j]:.1f}".replace("-", "\N{MINUS SIGN}")
+        text = f"{saving[i, j]:z.1f}".replace("-", "\N{MINUS SIGN}")
         color = "white" if abs(saving[i, j]) > 10 else "black"
         axes.text(i + 0.5, j + 0.5, f"({text})" if hollow[i, j] else text, color=color, ha="center", va="center")
 

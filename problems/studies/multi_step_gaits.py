@@ -6,14 +6,16 @@ simulator.
 """
 
 import numpy as np
-from drawing import STYLE
+from drawing import STYLE, draw_by_mode, key_of_modes
 
-from gaitopt import GaitProblem, InputError, Limits, WarmStart, compass_biped, solve
+from gaitopt import GaitProblem, InputError, Limits, Mode, WarmStart, compass_biped, solve
 from gaitopt.ocp import MultiStepProblem, solve_steps, state_after_touchdown
 from gaitopt.simulation import verify_steps
 from gaitopt.study import PublishedValue, Reproduction
 
 REST = {"th1_rate": 0.0, "th2_rate": 0.0}
+CONE = "#DCE6C8"
+IMPULSE = {"marker": "D", "color": "black", "markersize": 4, "linestyle": "none"}
 ON_PATCH = {"stick on the patch": "stick | stick", "slip on the patch": "slip+ stick | slip+"}
 
 
@@ -73,12 +75,14 @@ def _figure(gaits, friction, patch):
                 for segment in gaits["start from rest"].motion.segments
             ]
             for piece, (time, angle) in enumerate(parts):
-                axes_label = f"angle {number + 1}" if piece == 0 else None
+                axes_label = rf"$\theta_{number + 1}$" if piece == 0 else None
                 first.plot(time, angle, color=color, linestyle=("-", "--")[number], label=axes_label)
         first.set(xlabel="time [s]", ylabel="angle [deg]", title="start from rest")
         first.legend(loc="upper left")
         for axes, name in zip(others, ON_PATCH, strict=True):
             _draw_patch(axes, gaits[name], name, friction, patch)
+        cone = {"color": CONE, "linewidth": 6, "label": "friction cone"}
+        key_of_modes(figure, (Mode.SLIP_FORWARD,), {**IMPULSE, "label": "touchdown impulse"}, cone)
     return figure
 
 
@@ -89,13 +93,12 @@ def _draw_patch(axes, gait, name, friction, patch):
         segments = [segment for segment in motion.segments if segment.step == number]
         limit = patch if number == 2 else friction
         start, end = segments[0].time[0], segments[-1].time[-1]
-        axes.fill_between([start, end], -limit, limit, color="#DCE6C8")
+        axes.fill_between([start, end], -limit, limit, color=CONE)
         for segment in segments:
-            slips = segment.mode.slips
-            ratio = segment.force[0] / segment.force[1]
-            axes.plot(segment.time, ratio, color="#E69F00" if slips else "0.2", linewidth=2.6 if slips else 1.3)
+            draw_by_mode(axes, [segment.time], [segment.force[0] / segment.force[1]], [segment.mode])
     for jump in motion.jumps:
-        axes.plot(jump.time, jump.impulse[0] / jump.impulse[1], "D", color="black", markersize=4)
+        axes.plot(jump.time, jump.impulse[0] / jump.impulse[1], **IMPULSE)
+    axes.margins(y=0.08)
     axes.set(xlabel="time [s]", ylabel=r"ratio $f_t/f_n$", title=name)
 
 

@@ -57,12 +57,16 @@ def _figure(laws, scenarios, execution):
     frictions = np.linspace(lower, upper, 21)
     with STYLE.figure(3.0) as figure:
         axes = figure.subplots()
-        for (name, (gait, law)), color in zip(laws.items(), ("#0072B2", "#D55E00"), strict=True):
+        looks = {
+            "robust": {"color": "#0072B2", "linestyle": "-", "markersize": 6, "markerfacecolor": "white"},
+            "nominal": {"color": "#D55E00", "linestyle": "--", "markersize": 3},
+        }  # where distances are equal, the smaller marks are inside the larger ones
+        for name, (gait, law) in laws.items():
             walker = ScenarioSimulator(gait, law, scenarios, default_engine(law, gait.robot), 0)
             walks = walk_scenarios(walker, [Scenario({"friction": float(mu)}) for mu in frictions], execution)
             distances = np.array([max(walk.distance, SMALLEST) for walk in walks])
-            axes.semilogy(frictions, distances, "o-", color=color, markersize=3, label=name)
-        axes.axhline(scenarios.tolerance, **STYLE.limit_line)
+            axes.semilogy(frictions, distances, marker="o", label=name, **looks[name])
+        axes.axhline(scenarios.tolerance, label="tolerance", **STYLE.limit_line)
         axes.set(xlabel=r"friction $\mu$", ylabel=f"distance after {scenarios.steps} steps")
         figure.legend(loc="outside right center")
     return figure

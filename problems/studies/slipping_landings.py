@@ -93,7 +93,8 @@ def _draw(tables):
                 stack_terms(below, shift, 0.36, [terms.sel(term=term).fillna(0).values for term, *_ in TERMS])
             above.set(title=label, xlabel=r"friction $\mu$", ylabel=f"objective [{UNITS[label]}]")
             above.legend()
-            below.set(xlabel=r"friction $\mu$", ylabel="work of the motors [J/m]")
+            bars = "left bar sticking landing, right bar slipping"
+            below.set(xlabel=f"friction $\\mu$\n({bars})", ylabel="work of the motors [J/m]")
             below.set_xticks(range(table.friction.size), [f"{each:g}" for each in table.friction.values])
             below.grid(visible=False, axis="x")
         handles, labels = columns[0][1].get_legend_handles_labels()

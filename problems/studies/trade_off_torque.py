@@ -50,8 +50,10 @@ def _figure(fronts):
         looks = (("#0072B2", "--"), ("#D55E00", "-"))
         for (sequence, front), (color, dashes) in zip(fronts.items(), looks, strict=True):
             axes.plot(front.peak_torque, front.cost, "o", linestyle=dashes, color=color, markersize=3, label=sequence)
-            knee = front.isel(point=front.knee.values == 1)
-            axes.plot(knee.peak_torque, knee.cost, "o", color="0.15", markerfacecolor="none", markersize=9)
+        for number, front in enumerate(fronts.values()):
+            knee, ring = front.isel(point=front.knee.values == 1), {"markerfacecolor": "none", "markersize": 9}
+            label = None if number else "knee"
+            axes.plot(knee.peak_torque, knee.cost, "o", color="0.15", label=label, **ring)
         axes.set(xlabel="peak torque [N m]", ylabel="cost of transport")
         figure.legend(loc="outside right center")
     return figure
