@@ -49,11 +49,11 @@ of gaitopt ("independent computation"). A number agrees if the difference does n
 unit of the last printed digit unless another value is stated. The source "claim" denotes a statement of the respective
 section that is checked by computation.
 
-alpha is the slope and mu the friction coefficient. thd and xd are the rates of the angle theta and of the foot position
-x; a star denotes a periodic gait immediately after its impact. The rimless wheel has n spokes of length l, the mass m
-and the moment of inertia I_c about its centre; kappa = I_c / (m l^2) is its inertia ratio, and
-tau_c = sqrt((m l^2 + I_c) / (m g l)). th1 and th2 are the angles of the stance leg and the swing leg of the compass
-biped. T is the duration of a step; in energy balances, m is the total mass and L the travel per step.
+alpha is the slope and mu the friction coefficient. The rimless wheel has n spokes of length l, the mass m and the
+moment of inertia I_c about its centre; kappa = I_c / (m l^2) is its inertia ratio,
+tau_c = sqrt((m l^2 + I_c) / (m g l)), and theta_rate the rate of its angle theta, "after impact" in a periodic gait.
+th1 and th2 are the angles of the stance leg and the swing leg of the compass biped. T is the duration of a step; in
+energy balances, m is the total mass and L the travel per step.
 
 The gaits have the names of the paper. Rimless wheel: in Type A the foot sticks throughout; in Type B it sticks at the
 impact and slips within the step; in Type C it slips at the impact, sticks, and slips again; in Type D it slips

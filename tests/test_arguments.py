@@ -156,7 +156,7 @@ def test_arguments_that_must_be_named_are_listed():
 
 def test_the_problem_of_an_optimal_gait_is_followed_by_another_function():
     problem = gaitopt.GaitProblem(robot=gaitopt.compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6)
-    with pytest.raises(InputError, match="trace_optimum follows the optimal gaits of a GaitProblem"):
+    with pytest.raises(InputError, match=r"trace_optimum follows the optimal gaits of a GaitProblem\."):
         gaitopt.trace(problem, {"friction": (0.1, 0.2)})
 
 

@@ -182,7 +182,7 @@ def print_optima(diagram: "OptimalDiagram") -> None:
     if special.row_count:
         out.print(special)
     for border in diagram.borders:
-        names = [f"'{name}'" if name else "no gait" for name in (border.before, border.after)]
+        names = [f"'{name}'" if name else "no gait found" for name in (border.before, border.after)]
         out.print(
             Text(f"lowest cost: {names[0]} below {diagram.parameter} = {border.value:.10g}, {names[1]} above"),
             soft_wrap=True,

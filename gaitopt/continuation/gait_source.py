@@ -257,7 +257,7 @@ def make_gait_source(
     if not isinstance(problem, WalkProblem):
         raise InputError(
             f"The problem must be a WalkProblem or a PlanarWalkProblem, got {problem!r}. trace_optimum follows the "
-            "optimal gaits of a GaitProblem or PlanarProblem."
+            "optimal gaits of a GaitProblem."
         )
     return WalkGaits(problem, parameter, ends, engine)
 

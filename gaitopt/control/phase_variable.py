@@ -38,8 +38,8 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
     Raises
     ------
     InputError
-        If the angle does not increase throughout the planned step, the robot has no such angle, or the pieces of the
-        law are not decided by the clock.
+        If the angle does not increase throughout the planned step, the robot has no such angle, or the law has a phase
+        variable already.
 
     Examples
     --------
@@ -54,7 +54,8 @@ def by_stance_angle(robot: Robot, motion: Motion, law: Law, *, angle: str | None
         raise InputError(f"Robot {robot.name!r} has no angle {name!r}. {suggest(name, robot.angles)}")
     if law.index is not None:
         raise InputError(
-            f"The law must be divided into intervals of the clock; those of {law.name!r} depend on the state."
+            f"The law {law.name!r} has a phase variable already; by_stance_angle needs a law of the time since "
+            "touchdown."
         )
     index, plan = robot.angles.index(name), reference(robot, motion)
     _check_increasing(plan, index, name)

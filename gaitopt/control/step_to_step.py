@@ -38,7 +38,7 @@ def step_to_step(
     ----------
     robot : Robot
     law : Law
-        Clock-based law without limits and memory, to which the torques are added.
+        Law of the time since touchdown without torque limits and latched values, to which the torques are added.
     state : (n_z,) array
         z*.
     gains : (windows n_u, n_z) array
@@ -52,7 +52,7 @@ def step_to_step(
     Raises
     ------
     InputError
-        If the law has limits or memory, or the gains have another shape.
+        If the law has limits, latched values or a phase variable, or the gains have another shape.
 
     Examples
     --------
@@ -63,10 +63,7 @@ def step_to_step(
     array([0.  , 0.35])
     """
     n_u = robot.n_u
-    if law.memory.values or law.limited or law.index is not None:
-        raise InputError(
-            f"Step-to-step feedback needs a clock-based law without limits and without memory, got {law.name!r}."
-        )
+    _require_plain_law(law)
     entries, dependent = robot.state_entries, angle_entry(dependent_coordinate(robot))
     indices = [*(entry for entry in entries.angles if entry != dependent), *entries.rates, entries.slip_velocity]
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
@@ -95,6 +92,19 @@ def step_to_step(
         gain_matrices=(*law.gain_matrices, matrix),
     )
     return limit_torque(added, torque_limits(robot, torque_limit))
+
+
+def _require_plain_law(law: Law) -> None:
+    """Raise InputError if a law is limited, has latched values, or does not depend on the time since touchdown."""
+    if law.index is not None:
+        fault = "a phase variable; add them to the law of the time, and apply by_stance_angle to the result"
+    elif law.limited:
+        fault = "torque limits; omit them, and limit the sum by the argument torque_limit"
+    elif law.memory.values:
+        fault = "latched values; use a law without them"
+    else:
+        return
+    raise InputError(f"Step-to-step feedback adds torques in windows of time, but the law {law.name!r} has {fault}.")
 
 
 def _table(law: Law, windows: int, duration: float, numbers: Array) -> Array:

@@ -52,7 +52,10 @@ def write_library(library: GaitLibrary, path: str | Path) -> Path:
     """
     path = Path(path)
     if path.suffix != ".py" or not path.stem.isidentifier():
-        raise InputError(f"Cannot write {path}: a Python module needs a file such as library.py.")
+        raise InputError(
+            f"Cannot write {path}: a Python module needs a file such as library.py, whose name begins with a letter "
+            "and contains only letters, digits and underscores."
+        )
     robot, sizes = library.robot, (library.robot.n_q, library.robot.n_u)
     text = _MODULE.format(
         heading=HEADING,

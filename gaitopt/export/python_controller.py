@@ -64,7 +64,10 @@ def write_python(robot: Robot | PlanarRobot, law: Law | PlanarLaw, path: str | P
     """
     path = Path(path)
     if path.suffix != ".py" or not path.stem.isidentifier():
-        raise InputError(f"Cannot write {path}: a Python module needs a file such as controller.py.")
+        raise InputError(
+            f"Cannot write {path}: a Python module needs a file such as controller.py, whose name begins with a letter "
+            "and contains only letters, digits and underscores."
+        )
     if isinstance(robot, PlanarRobot):
         text = write_planar_module(robot, require_planar_law(robot, law))
     else:

@@ -182,7 +182,7 @@ def _origin(gait: Gait) -> Facts:
     steps, relaxation = len(proposal.steps), RELAXATIONS.get(proposal.relaxation, proposal.relaxation)
     origin = (
         f"from '{proposal.sequence}' ({relaxation}, {steps} step{'s' * (steps != 1)}, complementarity "
-        f"{proposal.complementarity:.1e}); relaxed cost {proposal.cost_before:.6g}, "
+        f"{proposal.complementarity:.1e}); costs on coarse grids: relaxed problem {proposal.cost_before:.6g}, "
         f"this sequence {proposal.cost_after:.6g}"
     )
     facts = [("contact sequence found", origin), ("stationarity", proposal.stationarity)]

@@ -26,7 +26,8 @@ class Proposal:
     stationarity : str
         Stationarity with respect to the choice of the contact sequence, as far as known.
     cost_before, cost_after : float
-        Objective of the last relaxed problem, and of the gait of the closed contact sequence.
+        Objective of the last relaxed problem, and of the proposed contact sequence of lowest cost, both on coarse
+        grids; that of the gait, on the grid of the problem, is its `objective`.
     reason : str
         Reason of a failure; empty without one.
 

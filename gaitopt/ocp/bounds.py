@@ -9,6 +9,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.statement.stability_bound import LEAST_RADIUS
 from gaitopt.ocp.statement.well_posedness import allows_paradox
 from gaitopt.ocp.transcription.grid import Phase
 from gaitopt.ocp.transcription.guard_constraints import GuardSchedule
@@ -17,9 +18,6 @@ from gaitopt.ocp.transcription.nlp_builder import MARGINS
 from gaitopt.ocp.transcription.phase_complementarity import TimeStepping
 from gaitopt.ocp.transcription.relaxation import Relaxation
 from gaitopt.ocp.transcription.transcription import Structure, Transcription, transcribe
-
-LEAST_RADIUS = 0.02
-"""Least value of the unknown spectral radius, by whose powers the coefficients of a polynomial are divided."""
 
 
 def structure(

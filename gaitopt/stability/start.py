@@ -41,6 +41,6 @@ def choose_start(robot: Robot, p: Array, changes: Mapping[str, float], cycle: Cy
     missing = [name for name in names if name not in values]
     if missing:
         raise InputError(
-            f"The start needs a value for {missing[0]}, because no periodic gait was found that provides it."
+            f"The start needs values of {', '.join(missing)}, because there is no periodic gait that provides them."
         )
     return {name: values[name] for name in names}

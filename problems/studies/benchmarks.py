@@ -79,8 +79,8 @@ def _wheel_numbers(cycle):
     name, value, multiplier = "rimless wheel n = 6, kappa = 1/2", cycle.state["theta_rate"], cycle.multipliers[0].real
     exact = gait_speed(6, 0.5, 0.2) / math.sqrt(1.5)  # tau_c = sqrt(1.5 l / g)
     return (
-        PublishedValue(f"{name}: thd*", value, 0.460341126609, 1e-12, OWN, UNIT),
-        PublishedValue(f"{name}: thd*, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
+        PublishedValue(f"{name}: theta_rate after impact", value, 0.460341126609, 1e-12, OWN, UNIT),
+        PublishedValue(f"{name}: theta_rate after impact, closed form", value, exact, 1e-12, CLOSED_FORM, UNIT),
         PublishedValue(f"{name}: multiplier 4/9", multiplier, velocity_ratio(6, 0.5) ** 2, 1e-12, CLOSED_FORM),
     )
 

@@ -58,7 +58,7 @@ def _numbers(sticking, sliding):
         check_value("Type C: greatest friction, rounded", meeting.value, "0.25"),
         check_value("Type D: least friction", rolls.value, "0.10"),
         check_value("Type D: greatest friction (lifts off)", lifts.value, "0.32"),
-        check_value("Type D: friction at which xd is constant (tan alpha)", still.value, "0.23087"),
+        check_value("Type D: friction at which the foot speed is constant (tan alpha)", still.value, "0.23087"),
     )
 
 

@@ -1,7 +1,7 @@
 """Rimless wheel: transition from complete slip (Type D) to stick-slip (Type B), step by step.
 
-In complete slip thd converges quickly, whereas the foot speed decreases by the same amount in each step; when the foot
-comes to rest, the type of the gait changes.
+In complete slip the rate of theta converges quickly, whereas the foot speed decreases by the same amount in each step;
+when the foot comes to rest, the type of the gait changes.
 """
 
 import numpy as np
@@ -35,8 +35,10 @@ def study(rate=1.12, foot_speed=0.7, friction=0.3, steps=45):  # initial: [rad/t
     rest = 1 + int(np.argmax(after[:, 0] <= 0))
     source = "its periodic gait, computed by gaitopt"
     numbers = (
-        check_value("step in which xd reaches zero", rest, "15"),
-        PublishedValue("thd after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"),
+        check_value("step in which the foot speed reaches zero", rest, "15"),
+        PublishedValue(
+            "theta_rate after the last step, Type B", after[-1, 2], speed_of(final), 1e-3, source, "rad/tau_c"
+        ),
     )
     return Reproduction(figure, numbers)
 

@@ -17,9 +17,9 @@ def study():
     cycle = gait("A", np.inf)
     need, slope = cycle.critical_friction, np.deg2rad(SLOPE)
     numbers = (
-        check_value("Type A: thd*", speed_of(cycle), "0.876031", "rad/tau_c"),
+        check_value("Type A: theta_rate after impact", speed_of(cycle), "0.876031", "rad/tau_c"),
         check_value("Type A: multiplier", cycle.multipliers[0].real, "0.734042"),
-        _exact("thd*", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
+        _exact("theta_rate after impact", speed_of(cycle), gait_speed(SPOKES, INERTIA_RATIO, slope), "rad/tau_c"),
         _exact("multiplier", cycle.multipliers[0].real, velocity_ratio(SPOKES, INERTIA_RATIO) ** 2, "1"),
         check_value("Type A: critical friction", need.friction, "0.914"),
         PublishedValue(

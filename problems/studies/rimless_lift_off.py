@@ -23,7 +23,7 @@ def study(frictions=(math.inf, 1.0, 0.3), slower=(0.8, 0.9), samples=4, toleranc
     exact = fastest_speed(SPOKES, INERTIA_RATIO, slope)
     numbers = (
         PublishedValue(
-            "thd at the onset of lift-off, unlimited friction, closed form",
+            "initial theta_rate at the onset of lift-off, unlimited friction, closed form",
             onsets[0],
             exact,
             1e-8,

@@ -18,11 +18,11 @@ def study(foot_speed=0.3, steps=3):  # of Type D: initial value [l/tau_c], numbe
     """Return the study."""
     cycles = {kind: gait(kind, friction) for kind, friction in FRICTION.items()}
     numbers = (
-        check_value("Type B, mu = 0.3: thd*", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
+        check_value("Type B, mu = 0.3: theta_rate after impact", speed_of(cycles["B"]), "0.88075", "rad/tau_c"),
         check_value("Type B, mu = 0.3: multiplier", cycles["B"].radius, "0.7623"),
-        check_value("Type D, mu = 0.3: thd*", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
+        check_value("Type D, mu = 0.3: theta_rate after impact", speed_of(cycles["D"]), "1.07204", "rad/tau_c"),
         check_value("Type D, mu = 0.3: multiplier", cycles["D"].radius, "0.356"),
-        check_value("Type D, mu = 0.3: change of xd per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
+        check_value("Type D, mu = 0.3: change of foot speed per step", cycles["D"].drift, "-0.0517", "l/tau_c"),
         _drift(cycles["D"]),
         *(energy_balance(f"Type {kind}", cycles[kind], 1.0) for kind in "ABC"),
     )
@@ -50,7 +50,7 @@ def _drift(cycle):
     """Return the change of the foot speed in complete slip, with its closed form as the reference."""
     p = cycle.parameters
     exact = p["gravity"] * cycle.period * (math.sin(p["slope"]) - p["friction"] * math.cos(p["slope"]))
-    name = "Type D, mu = 0.3: change of xd, g T (sin alpha - mu cos alpha)"
+    name = "Type D, mu = 0.3: change of foot speed, g T (sin alpha - mu cos alpha)"
     return PublishedValue(name, cycle.drift, exact, 1e-10, CLOSED_FORM, "l/tau_c")
 
 

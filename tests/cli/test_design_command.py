@@ -182,7 +182,7 @@ def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(co
     text = ROBUST.replace('"friction": (0.18, 0.2)', '"friction": (0.02, 0.2)')
     run = command("design", script(text), "--set", "friction=0.02")
     assert run.status == 1
-    assert "There is no gait with friction 0.02" in run.err
+    assert "No gait was found at friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
 

@@ -105,10 +105,16 @@ def test_mistakes_are_explained(compass, slip_gait):
     with pytest.raises(InputError, match="no angle 'knee'"):
         by_stance_angle(compass, motion, law, angle="knee")
     indexed = by_stance_angle(compass, motion, law)
-    with pytest.raises(InputError, match=r"divided into intervals of the clock; those of .* depend on the state"):
+    with pytest.raises(InputError, match="has a phase variable already; by_stance_angle needs a law of the time"):
         by_stance_angle(compass, motion, indexed)
-    with pytest.raises(InputError, match="clock-based law"):
+    with pytest.raises(InputError, match="has a phase variable; add them to the law of the time"):
         step_to_step(compass, indexed, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)
+    limited = joint_pd(compass, motion, stiffness=0, damping=0, torque_limit=8)
+    with pytest.raises(InputError, match="has torque limits; omit them, and limit the sum by"):
+        step_to_step(compass, limited, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)
+    latching = step_to_step(compass, law, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)
+    with pytest.raises(InputError, match="has latched values; use a law without them"):
+        step_to_step(compass, latching, np.zeros(4), np.zeros((4, 4)), windows=2, duration=0.7)
 
 
 def test_a_stance_leg_that_all_but_rests_is_refused(compass, slip_gait):

@@ -155,7 +155,7 @@ def test_unknown_parameters_and_frictions_without_a_gait_are_refused():
     with pytest.raises(InputError, match="no parameter 'frction'"):
         solve_scenarios(problem(), Scenarios(ranges={"frction": (0.1, 0.2)}))
     assert not solve(problem(friction=0.02)).status.ok
-    with pytest.raises(NoGaitError, match=r"no gait with friction 0\.02.*Conflicts: .*friction is 0\.02: "):
+    with pytest.raises(NoGaitError, match=r"No gait was found at friction 0\.02.*Conflicts: .*friction is 0\.02: "):
         solve_scenarios(problem(), Scenarios(ranges={"friction": (0.02, 0.2)}, values=2), search=QUICK)
 
 

@@ -282,7 +282,8 @@ def test_problems_without_a_bound(changes, reason):
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"radius": 0.0}, {"radius": 0.002}, {"radius": -1}, {"radius": 0.5, "weight": -1}]
+    "options",
+    [{}, {"radius": 0.0}, {"radius": 0.002}, {"radius": 0.015}, {"radius": -1}, {"radius": 0.5, "weight": -1}],
 )
 def test_invalid_bounds_of_the_radius(options):
     with pytest.raises(InputError, match="StabilityBound"):

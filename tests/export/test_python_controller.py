@@ -87,7 +87,7 @@ def test_every_operation_has_the_value_of_casadi(rng):
 
 
 def test_a_name_of_no_module_and_a_law_of_another_robot(tmp_path, compass, wheel):
-    with pytest.raises(InputError, match=r"needs a file such as controller\.py"):
+    with pytest.raises(InputError, match=r"such as controller\.py, whose name begins with a letter and contains"):
         write_python(compass, passive(compass), tmp_path / "my-law.py")
     with pytest.raises(InputError, match="does not belong"):
         write_python(compass, passive(wheel), tmp_path / "law.py")

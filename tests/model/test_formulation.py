@@ -8,7 +8,7 @@ from gaitopt import CostOfTransport, GaitProblem, Limits, StabilityBound, Torque
 from gaitopt.model import kneed_walker, monopod
 from gaitopt.model.formulation import Formula, Formulation, bound, latex_name
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
-from gaitopt.ocp import PlanarProblem
+from gaitopt.ocp import PlanarLimits, PlanarProblem, PositiveWork
 
 
 def gait_problem(**changes):
@@ -41,11 +41,25 @@ def test_numbers_are_those_of_the_problem():
         step_length=(0.3, 0.5), slope=(0, 0.1), parameters={"leg_mass": 3.5}, limits=Limits(torque={"hip": 6})
     )
     printed = lines(problem)
-    assert printed["targets"] == "0.3 ≤ step length d ≤ 0.5 m, speed d/T = 0.6 m/s"
+    assert printed["targets"] == "0.3 ≤ step length L ≤ 0.5 m, speed L/T = 0.6 m/s"
     assert printed["limits"] == "|hip| ≤ 6 N m"
     assert printed["ground"] == "μ = 0.14, 0 ≤ slope ≤ 0.1 rad"
     assert "leg_mass = 3.5 kg" in printed["parameters"]
     assert "0.999" not in str(gait_problem(sequence="slip+ | slip+"))
+
+
+def test_the_regenerated_share_is_stated_as_a_number():
+    assert lines(gait_problem(objective=PositiveWork()))["minimise"].endswith("∫ Σ max(u_i ṡ_i, 0) dt")
+    printed = lines(gait_problem(objective=PositiveWork(regeneration=0.3)))
+    assert printed["minimise"].endswith("∫ Σ (max(u_i ṡ_i, 0) - 0.3 max(-u_i ṡ_i, 0)) dt")
+
+
+def test_a_limit_of_the_rates_states_which_rates_it_concerns():
+    assert lines(gait_problem(limits=Limits(rate=5)))["rates"] == "|each angular rate| ≤ 5 rad/s"
+    problem = PlanarProblem(
+        robot=monopod(), sequence="foot stick > flight |", friction=1, speed=1, limits=PlanarLimits(rate=7)
+    )
+    assert lines(problem)["rates"] == "|each rate| ≤ 7 m/s or rad/s"
 
 
 def test_free_parameters_are_unknowns():
@@ -77,9 +91,9 @@ def test_events_of_several_contacts_are_stated():
     problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5)
     printed = lines(problem)
     assert (printed["phase 2"], printed["then"], printed["impact"]) == ("flight", "foot opens", "foot closes")
-    assert printed["next period"] == "(q, v)(0) = (q, v)(T⁺); x grows by d"
+    assert printed["next period"] == "(q, v)(0) = (q, v)(T⁺); x grows by L"
     walker = PlanarProblem(robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.6)
-    assert lines(walker)["next period"] == "(q, v)(0) = S (q, v)(T⁺), S exchanges the legs; x grows by d"
+    assert lines(walker)["next period"] == "(q, v)(0) = S (q, v)(T⁺), S exchanges the legs; x grows by L"
 
 
 def test_a_walk_has_its_own_parameters():

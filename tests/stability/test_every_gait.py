@@ -150,7 +150,7 @@ def test_a_state_starts_a_gait_of_several_steps():
     ("starts", "message"),
     [
         ([{"theta_rat": 2.0}], "no coordinate 'theta_rat'"),
-        ([{}], "needs a value for theta_rate"),
+        ([{}], "needs values of theta_rate, because"),
         ([{"theta_rate": 2.0, "foot_speed": 0.1}], "must have foot_speed 0"),
         ([2.0], "a start must be a state by name such as cycle.state, got 2.0"),
         ("many", "starts must be"),

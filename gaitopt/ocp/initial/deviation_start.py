@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 
 from gaitopt.motion.motion import Array
-from gaitopt.ocp.bounds import LEAST_RADIUS
 from gaitopt.ocp.nlp.keys import Unknown
+from gaitopt.ocp.statement.stability_bound import LEAST_RADIUS
 from gaitopt.ocp.transcription.deviation_constraints import DEVIATION_GROUPS
 from gaitopt.ocp.transcription.deviations import DEVIATIONS, section_names
 from gaitopt.ocp.transcription.transcription import Transcription

@@ -104,7 +104,8 @@ def _judge_candidate(
         reasons.append(f"the proposed contact sequence '{gait.sequence}' is not solved ({gait.status.key})")
     elif candidates.path.ended and not abs(after - last.objective) <= candidates.agreement * scale:
         reasons.append(
-            f"the proposed sequence '{gait.sequence}' has cost {after:.6g}, the relaxed problem {last.objective:.6g}"
+            f"on coarse grids, the proposed sequence '{gait.sequence}' has cost {after:.6g}, the relaxed problem "
+            f"{last.objective:.6g}"
         )
         gait = gait.replace_fields(status=Status.UNCONFIRMED, certificate=None)
     proposal = Proposal(

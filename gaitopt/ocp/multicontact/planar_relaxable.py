@@ -125,7 +125,7 @@ def _impulse_limits(transcription: PlanarTranscription, problem: PlanarProblem) 
         ]
         low, high = impulse.limits
         yield RelaxableLimit(
-            name=f"limits of the impulse of {impulse.actuator}",
+            name=f"limit of the impulse of {impulse.actuator}",
             setting="ActuatorImpulse.limits",
             value=impulse.limits,
             unit=f"{unit} s",
@@ -217,7 +217,7 @@ def _friction(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
     slips = any(mode.slips for phase in phases for mode in (*phase.state, *(phase.outcome or ())))
     if slips or "friction" not in problem.free:  # the bounds of a free coefficient are among those of `free`
         yield RelaxableLimit(
-            name="friction cones of the sticking contacts" if slips else "friction",
+            name="friction cone of the sticking contacts" if slips else "friction",
             setting="friction",
             value=problem.friction,
             unit="1",

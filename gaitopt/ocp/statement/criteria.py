@@ -41,6 +41,15 @@ class CostOfTransport(Objective):
         return cost_of_transport(motion)
 
 
+def _formula_of_work(regeneration: float) -> tuple[str, str]:
+    """Return the positive work as text and as LaTeX, with the value of the regenerated share unless it is zero."""
+    text, latex = "max(u_i ṡ_i, 0)", r"\max(u_i \dot s_i, 0)"
+    if regeneration:
+        text = f"({text} - {regeneration:g} max(-u_i ṡ_i, 0))"
+        latex = rf"\left({latex} - {regeneration:g} \max(-u_i \dot s_i, 0)\right)"
+    return f"1/(m g L) ∫ Σ {text} dt", rf"\frac{{1}}{{m g L}} \int_0^T \sum_i {latex}\, dt"
+
+
 @check_arguments
 @dataclass(frozen=True)
 class PositiveWork(Objective):
@@ -66,10 +75,6 @@ class PositiveWork(Objective):
 
     name = "positive_work"
     unit = "1"
-    formula = (
-        "1/(m g L) ∫ Σ max(u_i ṡ_i, 0) - r max(-u_i ṡ_i, 0) dt",
-        r"\frac{1}{m g L} \int_0^T \sum_i \max(u_i \dot s_i, 0) - r \max(-u_i \dot s_i, 0)\, dt",
-    )
     uses_power = True
     per_weight_and_travel = True
     typical = 0.01
@@ -77,6 +82,7 @@ class PositiveWork(Objective):
     def __post_init__(self) -> None:
         share = Parameter("regeneration", 0.0, "1", "", lower=0.0, upper=0.999).check(self.regeneration)
         object.__setattr__(self, "regeneration", share)
+        object.__setattr__(self, "formula", _formula_of_work(share))
 
     def integrand(self, point: Instant) -> Any:
         """Return the sum of the positive powers minus the regenerated share of the negative ones [W]."""

@@ -69,7 +69,7 @@ def formulate_gait_problem(problem: Any) -> Formulation:
             *_torque_limits(limits.torques(robot.actuators), robot.actuators),
             *collect("torque rates", _rate_limits(problem)),
             *collect("angles", [bound(name, low, high, "rad") for name, (low, high) in angles]),
-            *_durations_and_rates(limits),
+            *_durations_and_rates(limits, "each angular rate", "rad/s"),
             *_ground_and_parameters(problem),
         ),
     )
@@ -111,7 +111,7 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *_targets(problem),
             *_torque_limits(limits.torques(robot.actuators), robot.actuators, robot.actuator_units),
             *collect("coordinates", [bound(name, low, high, unit) for name, (low, high), unit in coordinates]),
-            *_durations_and_rates(limits),
+            *_durations_and_rates(limits, "each rate", "m/s or rad/s"),
             *_ground_and_parameters(problem),
         ),
     )
@@ -121,7 +121,7 @@ def _formulate_periodicity(robot: Any) -> Formula:
     """Return the condition that a period repeats, with the leg exchange if the robot has one, apart from its travel."""
     matrix, latex = ("S ", r"S\, ") if robot.mirror else ("", "")
     remark = ", S exchanges the legs" if robot.mirror else ""
-    remark += f"; {robot.travel} grows by d" if robot.travel else ""
+    remark += f"; {robot.travel} grows by L" if robot.travel else ""
     return Formula("next period", f"(q, v)(0) = {matrix}(q, v)(T⁺){remark}", rf"(q, v)(0) = {latex}(q, v)(T^+)")
 
 
@@ -228,8 +228,8 @@ def _targets(problem: Any) -> tuple[Formula, ...]:
     return collect(
         "targets",
         [
-            _positive_bound("step length d", step, "m", r"\text{step length}\ d"),
-            _positive_bound("speed d/T", speed, "m/s", r"\text{speed}\ d / T"),
+            _positive_bound("step length L", step, "m", r"\text{step length}\ L"),
+            _positive_bound("speed L/T", speed, "m/s", r"\text{speed}\ L / T"),
         ],
     )
 
@@ -251,9 +251,9 @@ def _rate_limits(problem: Any) -> list[tuple[str, str] | None]:
     return [bound(name, -limit, limit, "N m/s") for name, limit in limits]
 
 
-def _durations_and_rates(limits: Any) -> tuple[Formula, ...]:
+def _durations_and_rates(limits: Any, rate: str, unit: str) -> tuple[Formula, ...]:
     return (
-        *collect("rates", [bound("v", -limits.rate, limits.rate, "1/s")]),
+        *collect("rates", [bound(rate, -limits.rate, limits.rate, unit, rf"\text{{{rate}}}")]),
         *collect(
             "durations",
             [

@@ -8,8 +8,9 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.parameters import as_float, number_within, positive
 
-LEAST_RADIUS = 0.01
-"""Least bound of the spectral radius: below 0.0022, its conditions in the NLP are smaller than a solver's tolerance."""
+LEAST_RADIUS = 0.02
+"""Least bound of the spectral radius, by whose powers the coefficients of a polynomial are divided in the NLP: below
+0.0022, its conditions are smaller than a solver's tolerance."""
 
 
 @check_arguments
@@ -25,7 +26,7 @@ class StabilityBound:
     Attributes
     ----------
     radius : float
-        Largest spectral radius, at least 0.01; ``inf`` if it has only a weight.
+        Largest spectral radius, at least 0.02; ``inf`` if it has only a weight.
     weight : float
         Weight of the spectral radius in the objective, in the unit of the objective.
     gain_limit : float
