@@ -230,9 +230,9 @@ def find_largest_recovery(
             radius = upper / 2
         if lower == test.largest:
             break
-    is_negligible = best.radius < NEGLIGIBLE_PUSH and unreturned is not None
-    failure = classify_unreturned_walk(walk, unreturned, test.steps) if is_negligible else ""
-    return replace(best, beyond=beyond, failure=failure)
+    if unreturned is None or best.radius >= NEGLIGIBLE_PUSH:
+        return replace(best, beyond=beyond)
+    return replace(best, beyond=beyond, failure=classify_unreturned_walk(walk, unreturned, test.steps))
 
 
 def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:
