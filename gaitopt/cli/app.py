@@ -156,8 +156,9 @@ def _add_setting_hint(error: Any) -> None:
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None or getattr(error, "possibilities", None):
         return
-    if any("--set" in parameter.opts for parameter in context.command.params):
-        error.message += f". A parameter of a problem script is changed by --set {option.lstrip('-')}=VALUE."
+    name = option.lstrip("-")
+    if len(name) > 1 and any("--set" in parameter.opts for parameter in context.command.params):  # not a short option
+        error.message += f". A parameter of a problem script is changed by --set {name}=VALUE."
 
 
 def _describe_system_error(error: Exception) -> str | None:

@@ -64,6 +64,9 @@ def tune(
     stance_angle: StanceAngle = False,
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
+    steps: Annotated[
+        int, typer.Option(min=1, max=100000, help="Maximum number of steps of a walk of the verification.")
+    ] = 30,
     starts: PushStarts = 200,
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
@@ -92,7 +95,7 @@ def tune(
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
     search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
-    test = PushTest(starts=starts, seed=seed)
+    test = PushTest(starts=starts, seed=seed, steps=steps)
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)

@@ -80,19 +80,31 @@ def print_tuning(tuned: "Tuning") -> None:
         "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
     )
     if tuned.hardly_recovers:
-        table.add_row("recovery", Text(_describe_poor_recovery(tuned.verified), style="yellow"))
+        table.add_row("recovery", Text(_describe_poor_recovery(tuned), style="yellow"))
     ended = "; interrupted" if tuned.search_interrupted else ""
     table.add_row("search", f"{format_count(tuned.evaluations, 'evaluation')}, {tuned.seconds:.1f} s{ended}")
     out.print(table)
 
 
-def _describe_poor_recovery(verified: "Recovery") -> str:
+def _describe_poor_recovery(tuned: "Tuning") -> str:
     """Return a warning on a gait that recovers from negligible pushes only, and its remedies."""
+    from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
+
+    verified = tuned.verified
+    pushes = f"some pushes of at most {verified.beyond:.2g} rad/s"
+    if verified.failure == SLOW:
+        return (
+            f"the walks after {pushes} approach the gait, but do not return to it (within {verified.tolerance:g}) in "
+            f"{format_count(verified.steps, 'step')}. The closer the spectral radius ({tuned.radius_after:.4g}) is to "
+            f"1, the more steps the return takes: verify with more steps, such as --steps {2 * verified.steps}, in "
+            f"Python PushTest(steps={2 * verified.steps})"
+        )
+    outcomes = {ENDED: "end the walk", LEFT: "lead away from the gait"}
+    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait")
     return (
-        "the law stabilises the gait, but it recovers only from negligible pushes: some pushes of at most "
-        f"{verified.beyond:.2g} rad/s already end the walk or lead away from the gait. If a foot force or an impulse "
-        "is close to the boundary of its friction cone, plan the gait with margins, such as Margins(cone=0.05, "
-        "impact_cone=0.1); otherwise use another law or a larger --torque-limit"
+        f"the law stabilises the gait, but it recovers only from negligible pushes: {pushes} already {outcome}. If a "
+        "foot force or an impulse is close to the boundary of its friction cone, plan the gait with margins, such as "
+        "Margins(cone=0.05, impact_cone=0.1); otherwise use another law or a larger --torque-limit"
     )
 
 
@@ -105,7 +117,7 @@ def _verification_text(verified: "Recovery") -> str:
             return "no: the law does not stabilise the gait"
         return (
             f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait "
-            f"(radius of the smallest ball: {verified.beyond:.2g} rad/s)"
+            f"in {format_count(verified.steps, 'step')} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
         )
     text = (
         f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "

@@ -101,9 +101,10 @@ def design_for(
     gait: "Gait", robot: "Robot", name: str, torque_limit: float | None, stance_angle: bool
 ) -> "ControllerFamily":
     """Return the family of laws for a gait: by name, of a script as SCRIPT.py:FUNCTION, or of a file of tuned gains."""
-    from gaitopt.cli.script_law import custom_design
+    from gaitopt.cli.script_law import custom_design, require_function_name
     from gaitopt.tuning.controller_family import controller_family_named
 
+    require_function_name(name)
     limit: float | Mapping[str, float]
     if _is_file(name):
         from gaitopt.tuning.tuning_file import load_tuning

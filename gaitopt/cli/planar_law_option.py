@@ -54,13 +54,13 @@ class PlanarLawOption:
 
     def _make_law(self, gait: "PlanarGait") -> "PlanarLaw":
         """Return the law of the time since the section."""
+        from gaitopt.cli.script_law import make_family_law, require_function_name
         from gaitopt.control.planar_laws.planar_feedback import planar_feedforward, planar_joint_pd
         from gaitopt.tuning.controller_family import SYNONYMS
         from gaitopt.tuning.planar_lqr import planar_lqr, planar_step_lqr
 
+        require_function_name(self.name)
         if split_script_law(self.name):
-            from gaitopt.cli.script_law import make_family_law
-
             law: PlanarLaw = make_family_law(self._time_family(gait), {}, self.gains)
             return law
         name = self.name.strip().replace("-", "_").replace(" ", "_")
@@ -94,12 +94,12 @@ class PlanarLawOption:
 
     def _time_family(self, gait: "PlanarGait") -> "ControllerFamily":
         """Return the controller family of laws of the time since the section."""
+        from gaitopt.cli.script_law import custom_design, require_function_name
         from gaitopt.tuning.controller_family import controller_family_named
 
+        require_function_name(self.name)
         limit = float("inf") if self.torque_limit is None else self.torque_limit
         if source := split_script_law(self.name):
-            from gaitopt.cli.script_law import custom_design
-
             return custom_design(*source, gait.robot, gait, limit)
         return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
 

@@ -1,5 +1,6 @@
 """Custom laws of scripts, named SCRIPT.py:FUNCTION on the command line."""
 
+import ast
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -44,6 +45,19 @@ def custom_design(
     check_law_function(law, name)
     made = _call(script, law, robot, motion, limit)
     return replace(make_custom_family(made, name, robot, limit), name=f"{script}:{function}")
+
+
+def require_function_name(law: str) -> None:
+    """Raise InputError if a law is a script without the name of a function; the error lists the script's functions."""
+    if Path(law).suffix != ".py":
+        return
+    try:
+        body = ast.parse(Path(law).read_bytes()).body
+    except (OSError, SyntaxError, ValueError):  # the error of the form is stated first
+        body = []
+    names = [each.name for each in body if isinstance(each, ast.FunctionDef) and not each.name.startswith("_")]
+    listed = f" Functions of {law}: {', '.join(names)}." if names else ""
+    raise InputError(f"A custom law has the form SCRIPT.py:FUNCTION, got {law!r} without a function.{listed}")
 
 
 def make_family_law(family: "ControllerFamily", tuned: Mapping[str, float], gains: list[str] | None) -> Any:

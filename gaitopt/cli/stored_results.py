@@ -70,6 +70,11 @@ def describe_interrupt(invocation: Invocation, written: list[Path]) -> str:
     results = [str(path) for path in dict.fromkeys(written) if path.exists() and not _identifies_study(path)]
     if results:
         return f"Interrupted; wrote {', '.join(results)}."
+    if checkpoint := next((str(path) for path in written if path.suffix == SUFFIX and path.exists()), ""):
+        return (
+            f"Interrupted; no result was written. {checkpoint} contains the settings of the trace and no corrector "
+            "step yet. Run the same command again to resume."
+        )
     kept = [str(path.parent) for path in dict.fromkeys(written) if path.name == QUESTION and path.exists()]
     note = f" {', '.join(kept)} contains the settings of the study and no result." if kept else ""
     return f"Interrupted; no result was written.{note}"

@@ -18,6 +18,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
+from gaitopt.stability.unreturned_walk import classify_unreturned_walk
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
@@ -62,6 +63,10 @@ class Recovery:
         In a search for the largest ball: the smallest radius tested from which not all starts return; inf if none.
     interrupted : bool
         Whether the search for the largest ball was interrupted; all starts of the ball of this radius were tested.
+    failure : str
+        In a search whose largest ball contains negligible pushes only: the reason for which a start of the ball of
+        radius `beyond` did not return, ``"ended"`` if its walk ended, ``"left"`` if its distance from the gait did not
+        decrease, ``"slow"`` if it decreased, so that more steps are needed; otherwise empty.
 
     Examples
     --------
@@ -77,6 +82,7 @@ class Recovery:
     settling: tuple[int, ...] = ()
     beyond: float = math.inf
     interrupted: bool = False
+    failure: str = ""
 
     @property
     def complete(self) -> bool:
@@ -204,7 +210,7 @@ def find_largest_recovery(
     if not cycle.stable:
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
-    radius, walk = test.largest * FIRST_BALL, make_pushed_walk(walker, cycle)
+    radius, walk, unreturned = test.largest * FIRST_BALL, make_pushed_walk(walker, cycle), None
     while (math.isinf(beyond) or upper - lower > test.resolution * upper) and upper > 1e-6:
         settling = []
         for push in draw_from_ball(walk.spread, test):
@@ -214,7 +220,7 @@ def find_largest_recovery(
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
-                upper = beyond = radius
+                upper, beyond, unreturned = radius, radius, radius * push
                 break
         else:
             lower = radius
@@ -224,7 +230,9 @@ def find_largest_recovery(
             radius = upper / 2
         if lower == test.largest:
             break
-    return replace(best, beyond=beyond)
+    if unreturned is None or best.radius >= NEGLIGIBLE_PUSH:
+        return replace(best, beyond=beyond)
+    return replace(best, beyond=beyond, failure=classify_unreturned_walk(walk, unreturned, test.steps))
 
 
 def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:

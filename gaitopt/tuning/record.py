@@ -136,7 +136,10 @@ class Tuning:
 
     @property
     def hardly_recovers(self) -> bool:
-        """Whether a law stabilises the gait, but only negligible pushes are recovered from in the verification."""
+        """Whether a law stabilises the gait, but all walks of the verification return after negligible pushes only.
+
+        `verified.failure` states whether walks after larger pushes end, leave the gait, or need more steps.
+        """
         is_verified = not (self.search_interrupted or self.verified.interrupted)
         return self.stable and is_verified and self.verified.radius < NEGLIGIBLE_PUSH
 

@@ -204,6 +204,13 @@ def test_an_option_named_like_a_parameter_is_answered_by_how_a_parameter_is_chan
     assert "--set" not in doctor.err
 
 
+def test_a_short_option_is_not_taken_for_a_parameter(command, root):
+    run = command("stability", root / "problems/rimless_wheel.py", "-o", "x.png")
+    assert run.status == 2
+    assert "No such option: -o" in run.err
+    assert "--set" not in run.err
+
+
 @pytest.mark.parametrize(
     "error",
     [

@@ -430,6 +430,17 @@ def test_a_script_without_a_law_is_explained(capsys, script):
         assert message in " ".join(text.err.split())
 
 
+@pytest.mark.parametrize("gait", [GAIT, "docs/examples/heel_toe.h5"])
+@pytest.mark.parametrize("verb", ["stability", "tune"])
+def test_a_script_without_the_name_of_a_function_is_explained(capsys, script, gait, verb):
+    for name, listed in ((script, f" Functions of {script}: hip_spring, wrong."), ("nowhere.py", "")):
+        code, text = run(capsys, verb, gait, "--law", str(name), "--quiet")
+        assert code == 2
+        assert text.err == (
+            f"Error: A custom law has the form SCRIPT.py:FUNCTION, got '{name}' without a function.{listed}\n"
+        )
+
+
 LAWS = """
 import casadi as ca
 import numpy as np

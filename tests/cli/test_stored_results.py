@@ -134,3 +134,15 @@ def test_the_files_written_before_an_interrupt_are_named(command, folder, script
 def test_the_names_of_the_stored_files_agree():
     assert (gait_store.QUESTION, checkpoint.SUFFIX) == (stored_results.QUESTION, stored_results.SUFFIX)
     assert set(stored_results._DESCRIPTIONS) == {"sweep", "pareto", "search", "basin", "trace", "audit"}
+
+
+def test_a_trace_interrupted_before_its_first_corrector_step_is_resumed_by_the_same_command(tmp_path):
+    path = tmp_path / f"branch.nc{checkpoint.SUFFIX}"
+    path.write_text("{}\n")
+    invocation = stored_results.Invocation("trace", tmp_path / "branch.nc")
+    assert stored_results.describe_interrupt(invocation, [path]) == (
+        f"Interrupted; no result was written. {path} contains the settings of the trace and no corrector step yet. "
+        "Run the same command again to resume."
+    )
+    path.unlink()
+    assert stored_results.describe_interrupt(invocation, [path]) == "Interrupted; no result was written."

@@ -111,3 +111,29 @@ def test_an_unstable_gait_is_not_verified(slip_gait):
     tuned = dataclasses.replace(tuning(slip_gait, radius=0.0, returned=0, beyond=0.0), radius_after=1.2)
     assert not tuned.hardly_recovers
     assert feedback_output._verification_text(tuned.verified) == "no: the law does not stabilise the gait"
+
+
+@pytest.mark.parametrize(
+    ("failure", "outcome"),
+    [("ended", "already end the walk. If"), ("left", "already lead away from the gait. If")],
+)
+def test_the_warning_states_the_outcome_of_the_walks(slip_gait, failure, outcome):
+    text = feedback_output._describe_poor_recovery(tuning(slip_gait, radius=0.004, beyond=0.0042, failure=failure))
+    assert f"some pushes of at most 0.0042 rad/s {outcome}" in text
+    assert "--steps" not in text
+
+
+def test_walks_with_too_few_steps_are_distinguished_from_walks_that_leave_the_gait(slip_gait):
+    tuned = tuning(slip_gait, radius=0.004, beyond=0.0042, failure="slow")
+    text = feedback_output._describe_poor_recovery(tuned)
+    assert "approach the gait, but do not return to it (within 0.0001) in 30 steps" in text
+    assert f"spectral radius ({tuned.radius_after:.4g})" in text
+    assert "--steps 60" in text
+    assert "PushTest(steps=60)" in text
+    assert "Margins" not in text
+
+
+def test_the_number_of_steps_of_the_verification_is_an_option(command, slip_file):
+    run = command("tune", slip_file, *SHORT, "--steps", "7")
+    assert "of at most 7 steps each" in run.err
+    assert "in at most 7 steps" in " ".join(run.out.split())

@@ -134,7 +134,10 @@ MADE = {
     "plan": (lambda state, plan: [plan.q["x"], 0], "There is no planned coordinate 'x'"),
     "math": (lambda state, plan: [math.sin(state.time), 0], "'ankle' in <lambda> is not a number. A function of the"),
     "condition": (lambda state, plan: [1 if state.time > 0.3 else 0, 0], "uses an expression as a condition"),
-    "maximum": (lambda state, plan: [max(state.time, 0), 0], "Use casadi.if_else or casadi.fmax"),
+    "maximum": (
+        lambda state, plan: [max(state.time, 0), 0],
+        "Use casadi.if_else for a condition on the time",
+    ),
     "numpy": (lambda state, plan: [np.polyval([1, 2], state.time), 0], "that accepts numbers only. Use that of casadi"),
     "sign": (lambda state, plan: [np.sign(state.time), 0], "contains sign, which jumps"),
     "symbol": (lambda state, plan: [ca.SX.sym("k") * state.time, 0], "depends on the symbol k; accepted are"),
@@ -147,6 +150,46 @@ def test_invalid_torques_get_a_sentence(name):
     torque, message = MADE[name]
     with pytest.raises(InputError, match=message):
         attempt(torque)
+
+
+STATE_JUMPS = {
+    "less": (lambda q, v, t: q < v, "a comparison of the state"),
+    "at most": (lambda q, v, t: 2.0 * (q <= t), "a comparison of the state"),
+    "equal": (lambda q, v, t: q == 0, "a comparison of the state"),
+    "different": (lambda q, v, t: ca.sin(v) != t, "a comparison of the state"),
+    "if_else": (lambda q, v, t: ca.if_else(v > 0, q, t), "a comparison of the state"),
+    "condition": (lambda q, v, t: ca.if_else(v, 1.0, t), "if_else with a condition on the state"),
+    "not": (lambda q, v, t: ca.logic_not(v), "if_else with a condition on the state"),
+    "and": (lambda q, v, t: ca.logic_and(t > 0, q), "if_else with a condition on the state"),
+    "or": (lambda q, v, t: ca.logic_or(q, t > 0), "if_else with a condition on the state"),
+    "fmod": (lambda q, v, t: ca.fmod(q, 0.1), "fmod of the state"),
+    "remainder": (lambda q, v, t: ca.remainder(q, 0.1), "remainder of the state"),
+    "copysign": (lambda q, v, t: ca.copysign(t, v), "copysign with the sign of the state"),
+}
+
+
+@pytest.mark.parametrize("name", STATE_JUMPS)
+def test_operations_that_jump_at_a_state_are_rejected(name):
+    torque, text = STATE_JUMPS[name]
+    with pytest.raises(InputError, match=rf"The torque of 'hip' in <lambda> contains {text}, which jumps; the"):
+        attempt(lambda state, plan: [0, torque(state.q["th1"] - plan.q["th1"], state.v["x"], state.time)])
+
+
+CONTINUOUS = {
+    "fmin": lambda q, v, t: ca.fmin(q, v),
+    "fmax": lambda q, v, t: ca.fmax(0, q),
+    "fabs": lambda q, v, t: ca.fabs(v),
+    "copysign": lambda q, v, t: ca.copysign(q, 1.0),
+    "time": lambda q, v, t: ca.if_else(t > 0.1, q, v),
+    "wave": lambda q, v, t: ca.fmod(t, 0.1) * q,
+}
+
+
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_continuous_operations_and_those_of_the_time_are_accepted(name):
+    torque = CONTINUOUS[name]
+    law = attempt(lambda state, plan: [0, torque(state.q["th1"] - plan.q["th1"], state.v["x"], state.time)])
+    assert np.all(np.isfinite(law.torque_at(0.2, np.full(4, 0.3), np.full(4, 0.1))))
 
 
 def test_a_sentence_names_the_line_of_the_function():

@@ -12,6 +12,7 @@ from gaitopt.simulation import StepLimits, default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability import recovery
 from gaitopt.stability.recovery import find_largest_recovery, measure_recovery
+from gaitopt.stability.unreturned_walk import classify_unreturned_walk
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)
 
@@ -104,3 +105,26 @@ def test_the_number_of_walks_follows_from_starts_and_resolution():
     assert PushTest().most_walks == 2000
     assert PushTest(starts=3, resolution=0.5).most_walks == 18
     assert PushTest(starts=1, resolution=1.0).most_walks == 5
+
+
+@pytest.mark.parametrize(
+    ("factor", "limit", "failure"),
+    [(0.95, 1.0, "slow"), (-0.95, 1.0, "slow"), (1.0, 1.0, "left"), (1.05, 9.0, "left"), (1.05, 1.1, "ended")],
+)
+def test_walks_that_end_leave_or_need_more_steps_are_distinguished(factor, limit, failure):
+    """The return map is linear, and a walk ends where the deviation exceeds a limit."""
+
+    def take_step(state):
+        return factor * state if abs(state) <= limit else None
+
+    walk = SimpleNamespace(begin=lambda push: push[0], take_step=take_step, distance=abs)
+    assert classify_unreturned_walk(walk, np.array([0.5]), 30) == failure
+
+
+def test_a_walk_that_needs_more_steps_returns_within_them(open_loop):
+    few = attrs.evolve(TEST, steps=3)
+    found = find_largest_recovery(*open_loop, few)
+    assert found.radius < recovery.NEGLIGIBLE_PUSH
+    assert found.failure == "slow"
+    assert measure_recovery(*open_loop, found.beyond, TEST).complete
+    assert find_largest_recovery(*open_loop, TEST).failure == ""

@@ -2,7 +2,7 @@
 
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.control.custom_laws.law_arguments import FeedbackPlan, FeedbackState
-from gaitopt.control.signature import LawInputs
+from gaitopt.control.signature import INPUTS, LawInputs
 from gaitopt.errors import GaitoptError, InputError, suggest
 
 FORM = "the torques by actuator, such as {'hip': plan.torque['hip'] - stiffness * error}"
@@ -18,6 +18,26 @@ FORM = "the torques by actuator, such as {'hip': plan.torque['hip'] - stiffness 
 
 JUMPS = {ca.OP_SIGN: "sign", ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil"}
 """Operations whose value jumps."""
+
+COMPARISON, CONDITION = "a comparison of the state", "if_else with a condition on the state"
+
+STATE_JUMPS = {
+    ca.OP_LT: (COMPARISON, (0, 1)),
+    ca.OP_LE: (COMPARISON, (0, 1)),
+    ca.OP_EQ: (COMPARISON, (0, 1)),
+    ca.OP_NE: (COMPARISON, (0, 1)),
+    ca.OP_NOT: (CONDITION, (0,)),
+    ca.OP_AND: (CONDITION, (0, 1)),
+    ca.OP_OR: (CONDITION, (0, 1)),
+    ca.OP_IF_ELSE_ZERO: (CONDITION, (0,)),
+    ca.OP_FMOD: ("fmod of the state", (0, 1)),
+    ca.OP_REMAINDER: ("remainder of the state", (0, 1)),
+    ca.OP_COPYSIGN: ("copysign with the sign of the state", (1,)),
+}
+"""Operations whose value jumps if an operand of these numbers depends on the state; plans apply them to the time."""
+
+STATE_INPUTS = (INPUTS.index("q"), INPUTS.index("v"))
+"""Numbers of the inputs of a law that are the state of the robot."""
 
 TorqueFunction = Callable[..., Any]
 """Function (state, plan, **gains) of a custom law."""
@@ -113,11 +133,27 @@ def check_torque_expression(name: str, inputs: LawInputs, torque: ca.SX, actuato
                 f"The torque of {actuator!r} in {name} is not a number. A function of the module math applied to an "
                 "expression gives nan: use that of casadi, such as casadi.sin."
             )
-        if jumps := [JUMPS[code] for code in codes if code in JUMPS]:
+        if jumps := [JUMPS[code] for code in codes if code in JUMPS] or _find_state_jumps(function, codes):
             raise InputError(
                 f"The torque of {actuator!r} in {name} contains {jumps[0]}, which jumps; the derivatives of a law "
                 "need a smooth torque. Use a smooth function such as casadi.tanh(x / width) in place of sign(x)."
             )
+
+
+def _find_state_jumps(function: ca.Function, codes: Sequence[int]) -> list[str]:
+    """Return the operations of a torque that jump at a state, in words."""
+    depends, jumps = set[int](), []  # numbers of the intermediate values that depend on the state
+    for step, code in enumerate(codes):
+        sources, results = function.instruction_input(step), function.instruction_output(step)
+        if code == ca.OP_OUTPUT:
+            continue
+        of_state = sources[0] in STATE_INPUTS if code == ca.OP_INPUT else not depends.isdisjoint(sources)
+        text, operands = STATE_JUMPS.get(code, ("", ()))
+        if any(sources[operand] in depends for operand in operands):
+            jumps.append(text)
+        for result in results:  # its place may have contained another value
+            (depends.add if of_state else depends.discard)(result)
+    return jumps
 
 
 def _explain(function: TorqueFunction, error: Exception) -> NoReturn:
@@ -127,7 +163,8 @@ def _explain(function: TorqueFunction, error: Exception) -> NoReturn:
     if "truth value" in text:
         reason = (
             "uses an expression as a condition (if, and, max, min or a comparison); its value is not known when the "
-            "law is made. Use casadi.if_else or casadi.fmax, or a smooth function such as casadi.tanh."
+            "law is made. Use casadi.if_else for a condition on the time, otherwise casadi.fmax or casadi.fmin, or a "
+            "smooth function such as casadi.tanh."
         )
     elif any(part in text for part in numpy_texts) or ("real number" in text and isinstance(error, TypeError)):
         reason = (
