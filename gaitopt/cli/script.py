@@ -233,9 +233,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
             "'stability', 'simulate', 'tune', 'push', 'basin' and 'impact' do."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
-        raise InputError(
-            f"{script.path} is a walking problem without optimisation; {name_walk_commands(script.path)}."
-        )
+        raise InputError(f"{script.path} is a walking problem without optimisation; {name_walk_commands(script.path)}.")
     if isinstance(problem, Family | RobustProblem):
         kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")

@@ -41,8 +41,8 @@ def plot_sweep(
     """Draw a quantity of the optimal gaits of a sweep over its parameters.
 
     Over one parameter, each contact sequence is a line, the gaits of lowest minimised objective are large marks, and a
-    cross at the bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest cost and its
-    contact sequence.  Parameters with one value are left out.
+    cross at the bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest
+    cost and its contact sequence.  Parameters with one value are left out.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _draw_lines(table: "xr.Dataset", name: str, columns: tuple[Array, Any], labe
 
 
 def _name_lowest(table: "xr.Dataset") -> str:
-    """Return the legend of the gaits of lowest cost, which names the minimised objective: the lines may show another."""
+    """Return the legend of the gaits of lowest cost: the minimised objective, which the lines may not show."""
     objective = str(table.objective.attrs.get("name", "")) if "objective" in table else ""
     return f"lowest {objective.replace('_', ' ') or 'cost'}"
 

@@ -115,7 +115,7 @@ def test_the_table_lists_sequence_and_multipliers():
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("push", MONOPOD, "--problem", MONOPOD), "--problem specifies the robot of a saved gait"),
         (("solve", HOPPER), f"is a walking problem without optimisation; use 'gaitopt stability {HOPPER}'"),
-        (("plot", HOPPER), f"not a result; use 'gaitopt stability {HOPPER}', 'gaitopt simulate {HOPPER} -o hopper.png'"),
+        (("plot", HOPPER), f"not a result; use 'gaitopt stability {HOPPER}', 'gaitopt simulate {HOPPER} -o hop"),
         (("verify", HOPPER), f"not a result; use 'gaitopt stability {HOPPER}'"),
         (("animate", HOPPER), "-o hopper.png' (or .gif), or 'gaitopt report"),
         (("export", HOPPER, "-o", "hopper.csv"), f"not a result; use 'gaitopt stability {HOPPER}'"),
