@@ -8,12 +8,12 @@ NEGLIGIBLE = 1e-6
 """Normal force relative to its largest value below which the ratio shows rounding errors only, as at a lift-off."""
 
 
-def find_force_ratio(f_t: Array, f_n: Array, largest: float) -> Array:
+def find_force_ratio(force: Array, largest: float) -> Array:
     """Return f_t / f_n, shape (K,); nan where the normal force is negative or negligible.
 
     Parameters
     ----------
-    f_t, f_n : (K,) arrays
+    force : (2, K) array
         Tangential and normal contact force [N].
     largest : float
         Largest normal force of the motion [N].
@@ -21,8 +21,9 @@ def find_force_ratio(f_t: Array, f_n: Array, largest: float) -> Array:
     Examples
     --------
     >>> import numpy as np
-    >>> find_force_ratio(np.array([1.0, -5e-12, 0.0]), np.array([4.0, 2e-13, -1.0]), 4.0)
+    >>> find_force_ratio(np.array([[1.0, -5e-12, 0.0], [4.0, 2e-13, -1.0]]), 4.0)
     array([0.25,  nan,  nan])
     """
+    f_t, f_n = force
     loaded = f_n > NEGLIGIBLE * max(largest, 0.0)
     return np.where(loaded, f_t / np.where(loaded, f_n, 1.0), np.nan)

@@ -92,7 +92,7 @@ def draw_force_ratio(axes: "Axes", view: MotionView) -> None:
     friction = view.parameters["friction"]
     for foot in view.sliding:
         largest = float(np.max(view.channel("forces")[foot, 1]))
-        ratios = [hide_open(part, foot, find_force_ratio(*part.forces[foot], largest)) for part in view.segments]
+        ratios = [hide_open(part, foot, find_force_ratio(part.forces[foot], largest)) for part in view.segments]
         _draw_line(axes, view, ratios, **foot_style(view, foot))
     _draw_impulses(axes, view)
     axes.set_ylabel(r"force ratio $f_t/f_n$")
@@ -126,7 +126,7 @@ def hide_open(part: PhaseView, contact: int, values: Array) -> Array:
 
 def sample_force_ratio(segment: Segment) -> Array:
     """Return f_t / f_n of a segment, shape (K,); nan where the normal force is negative or negligible."""
-    return find_force_ratio(*segment.force, float(np.max(segment.force[1])))
+    return find_force_ratio(segment.force, float(np.max(segment.force[1])))
 
 
 def shade_slips(axes: "Axes", view: MotionView, *, hatched: bool = True) -> None:

@@ -177,7 +177,7 @@ def _normal_force(view: MotionView, phase: int, foot: int) -> Array:
 
 def _ratio(view: MotionView, phase: int, foot: int) -> Array:
     """Return f_t / f_n; nan where the normal force is negative or negligible, as at lift-off."""
-    return find_force_ratio(*view.segments[phase].forces[foot], float(np.max(view.channel("forces")[foot, 1])))
+    return find_force_ratio(view.segments[phase].forces[foot], float(np.max(view.channel("forces")[foot, 1])))
 
 
 def _slide(view: MotionView, phase: int, foot: int) -> Array:
