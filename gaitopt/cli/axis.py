@@ -81,6 +81,23 @@ def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -
     )
 
 
+def refuse_script_parameter(script: Script, name: str, known: Sequence[str]) -> None:
+    """Raise InputError if a name is a parameter of a script but not of its robot or law, over which a branch is traced.
+
+    Parameters
+    ----------
+    script : Script
+    name : str
+    known : sequence of str
+        Parameters of the robot and gains of the law.
+    """
+    if name in script.defaults and name not in known:
+        raise InputError(
+            f"{name!r} is a parameter of {script.path.name} only, not of the robot; a branch is followed over a "
+            f"parameter of the robot or a gain of the law: {', '.join(known)}."
+        )
+
+
 def _convert(script: Script, problem: Problem, name: str, values: Array) -> Array:
     """Return the values of one axis as converted by the script; those that it rejects follow from the others."""
     converted, refusals = np.full(values.size, math.nan), list[InputError]()

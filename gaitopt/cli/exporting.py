@@ -25,6 +25,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import out, report_file
 from gaitopt.cli.output_files import EXPORTS
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import InputError
 
 PAGE = ".html"
@@ -74,6 +75,7 @@ def plot(
     from gaitopt.plot.style import FigureStyle
     from gaitopt.study.result_file import load_result
 
+    refuse_walk_script(file)
     path = output or Path(f"{file.resolve().stem}.png")
     check_writable(path)
     if path.suffix.lower() == PAGE:
@@ -112,6 +114,7 @@ def animate(
     from gaitopt.ocp.multistep.multistep_file import load_steps
     from gaitopt.plot.animation import animate as animate_gait
 
+    refuse_walk_script(file)
     several, path = is_multistep_file(file), output or Path(f"{file.stem}.gif")
     gait = load_steps(file) if several else load(file)
     with show_progress("drawing frames", hidden=json, counted=True) as display:
@@ -222,6 +225,7 @@ def export(
     from gaitopt.export.torque_table import write_torques
     from gaitopt.motion.atomic import check_suffix
 
+    refuse_walk_script(file)
     suffix, gait = check_suffix(output, EXPORTS), load_any_gait(file, problem)
     if suffix == ".csv":
         report_file(write_csv(gait.motion, output), json=json)

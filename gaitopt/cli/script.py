@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
+from gaitopt.cli.walk_script import name_walk_commands
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
@@ -232,9 +233,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
             "'stability', 'simulate', 'tune', 'push', 'basin' and 'impact' do."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
-        raise InputError(
-            f"{script.path} is a walking problem without optimisation; use 'gaitopt stability {script.path}'."
-        )
+        raise InputError(f"{script.path} is a walking problem without optimisation; {name_walk_commands(script.path)}.")
     if isinstance(problem, Family | RobustProblem):
         kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")

@@ -22,6 +22,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
+from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
@@ -296,6 +297,7 @@ def verify(
     from gaitopt.motion.summary import summarise
     from gaitopt.simulation.verification import verify as verify_gait
 
+    refuse_walk_script(file)
     if is_multistep_file(file):
         if problem is not None:
             raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")

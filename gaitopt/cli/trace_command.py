@@ -125,7 +125,8 @@ def trace(
     """Follow a gait as a parameter varies, through folds, period doublings and changes of the contact sequence.
 
     For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
-    saved gait is followed in both directions from the value of the parameter in its file.
+    saved gait is followed in both directions from the value of the parameter in its file. Saved and optimal gaits must
+    have one foot on the ground at a time; scripts with a walking problem may have robots with several contacts.
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
@@ -256,10 +257,11 @@ def _trace_inputs(
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
     import numpy as np
 
-    from gaitopt.cli.axis import convert_axes, unconverted_axes
+    from gaitopt.cli.axis import convert_axes, refuse_script_parameter, unconverted_axes
     from gaitopt.cli.inputs import read_input
     from gaitopt.cli.script import any_walk_problem, read_script
-    from gaitopt.continuation.parameter_values import unit_of
+    from gaitopt.continuation.parameter_values import gains_of, unit_of
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
     name, ends = read_range(over, option)
@@ -271,6 +273,8 @@ def _trace_inputs(
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = any_walk_problem(script)
+    law = problem.torque if isinstance(problem, PlanarWalkProblem) else problem.law
+    refuse_script_parameter(script, name, [each.name for each in problem.robot.parameters] + list(gains_of(law)))
     axes = {name: np.array(ends)}
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:

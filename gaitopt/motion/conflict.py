@@ -20,7 +20,8 @@ class Conflict:
         Least excess over the limit in a motion that satisfies all other limits; if the conflict is not separable, in
         one that satisfies all limits that do not conflict.
     sufficient : float
-        Value of the limit at which such a motion exists, with a margin; nan if no admissible value is known.
+        Value of the limit at which such a motion exists on the examined grid, with a margin; nan if no admissible value
+        is known.  The gait with this limit may still differ from its plan between the nodes or in its replay.
     unit : str
         Unit of `limit`, `missing` and `sufficient`.
     separable : bool

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.force_ratio import find_force_ratio
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array, Segment
 from gaitopt.motion.motion_view import MotionView, PhaseView
@@ -94,7 +95,8 @@ def draw_force_ratio(axes: "Axes", view: MotionView) -> None:
 
     friction = view.parameters["friction"]
     for foot in view.sliding:
-        ratios = [hide_open(part, foot, find_ratio(*part.forces[foot])) for part in view.segments]
+        largest = float(np.max(view.channel("forces")[foot, 1]))
+        ratios = [hide_open(part, foot, find_force_ratio(part.forces[foot], largest)) for part in view.segments]
         _draw_line(axes, view, ratios, **foot_style(view, foot))
     _draw_impulses(axes, view)
     axes.set_ylabel(r"force ratio $f_t/f_n$")
@@ -129,13 +131,8 @@ def hide_open(part: PhaseView, contact: int, values: Array) -> Array:
 
 
 def sample_force_ratio(segment: Segment) -> Array:
-    """Return f_t / f_n of a segment, shape (K,); nan where the normal force is not positive."""
-    return find_ratio(*segment.force)
-
-
-def find_ratio(f_t: Array, f_n: Array) -> Array:
-    """Return f_t / f_n, shape (K,); nan where the normal force is not positive."""
-    return np.where(f_n > 0, f_t / np.where(f_n > 0, f_n, 1.0), np.nan)
+    """Return f_t / f_n of a segment, shape (K,); nan where the normal force is negative or negligible."""
+    return find_force_ratio(segment.force, float(np.max(segment.force[1])))
 
 
 def name_phases(axes: "Axes", motion: MotionView) -> None:

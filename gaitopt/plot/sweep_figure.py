@@ -40,9 +40,9 @@ def plot_sweep(
 ) -> "Figure":
     """Draw a quantity of the optimal gaits of a sweep over its parameters.
 
-    Over one parameter, each contact sequence is a line, the gaits of lowest cost are large marks, and a cross at the
-    bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest cost and its
-    contact sequence.  Parameters with one value are left out.
+    Over one parameter, each contact sequence is a line, the gaits of lowest minimised objective are large marks, and a
+    cross at the bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest
+    cost and its contact sequence.  Parameters with one value are left out.
 
     Parameters
     ----------
@@ -145,10 +145,26 @@ def _draw_lines(
         handles, labels = axes.get_legend_handles_labels()
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
+<<<<<<< HEAD
             handles, labels = [*handles, mark], [*labels, "lowest cost"]
         place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": title}
+=======
+            handles, labels = [*handles, mark], [*labels, _name_lowest(table)]
+        failed = ~np.isfinite(values)
+        if failed.any():
+            cross = axes.plot([], [], "x", color="0.3", markersize=4, linestyle="none")[0]
+            unsolved = bool(np.all(table.status.values[failed] != "solved"))
+            handles, labels = [*handles, cross], [*labels, EMPTY if unsolved else "no value"]
+        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH}
+>>>>>>> usrB
         add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
     return figure
+
+
+def _name_lowest(table: "xr.Dataset") -> str:
+    """Return the legend of the gaits of lowest cost: the minimised objective, which the lines may not show."""
+    objective = str(table.objective.attrs.get("name", "")) if "objective" in table else ""
+    return f"lowest {objective.replace('_', ' ') or 'cost'}"
 
 
 def _shown_range(values: Array, low: float, high: float) -> tuple[float, float]:

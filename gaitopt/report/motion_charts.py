@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.force_ratio import find_force_ratio
 from gaitopt.motion.joint_numbers import number_joints
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
@@ -175,10 +176,8 @@ def _normal_force(view: MotionView, phase: int, foot: int) -> Array:
 
 
 def _ratio(view: MotionView, phase: int, foot: int) -> Array:
-    """Return f_t / f_n; nan where a foot has no force, at lift-off."""
-    tangential, normal = view.segments[phase].forces[foot]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(normal == 0, np.nan, tangential / normal)
+    """Return f_t / f_n; nan where the normal force is negative or negligible, as at lift-off."""
+    return find_force_ratio(view.segments[phase].forces[foot], float(np.max(view.channel("forces")[foot, 1])))
 
 
 def _slide(view: MotionView, phase: int, foot: int) -> Array:

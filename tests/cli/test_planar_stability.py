@@ -114,7 +114,11 @@ def test_the_table_lists_sequence_and_multipliers():
         (("basin", HOPPER, "--over", "body=0.6", "--state", "body=0.7"), "body is set by both --over and --state"),
         (("push", HOPPER), f"'gaitopt stability {HOPPER}' assesses its gaits"),
         (("push", MONOPOD, "--problem", MONOPOD), "--problem specifies the robot of a saved gait"),
-        (("solve", HOPPER), "is a walking problem without optimisation"),
+        (("solve", HOPPER), f"is a walking problem without optimisation; use 'gaitopt stability {HOPPER}'"),
+        (("plot", HOPPER), f"not a result; use 'gaitopt stability {HOPPER}', 'gaitopt simulate {HOPPER} -o hop"),
+        (("verify", HOPPER), f"not a result; use 'gaitopt stability {HOPPER}'"),
+        (("animate", HOPPER), "-o hopper.png' (or .gif), or 'gaitopt report"),
+        (("export", HOPPER, "-o", "hopper.csv"), f"not a result; use 'gaitopt stability {HOPPER}'"),
         (("stability", HOPPER, "--set", "thrst=1"), "Did you mean 'thrust'"),
     ],
 )

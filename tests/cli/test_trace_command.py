@@ -137,6 +137,21 @@ def test_invalid_requests_are_named(command, root, arguments, message):
     assert message in " ".join(result.err.split())
 
 
+def test_a_parameter_of_the_script_that_is_not_one_of_the_robot_is_named(command, script):
+    text = """
+from gaitopt.model import vertical_hopper
+from gaitopt.stability import PlanarWalkProblem
+
+def problem(height=0.2):
+    start = {"coordinates": {"body": 0.5 + height, "foot": height}, "rates": {"body": 0, "foot": 0}, "on": ()}
+    return PlanarWalkProblem(robot=vertical_hopper(), section="sole closes", **start)
+"""
+    run = command("trace", script(text), "--over", "height=0.1:0.2")
+    assert run.status == 2
+    assert "'height' is a parameter of own.py only, not of the robot" in run.err
+    assert "gain of the law: body_mass, foot_mass, stiffness, thrust" in run.err
+
+
 def test_a_range_without_a_gait_at_its_begin_ends_with_status_1(command, root):
     result = command("trace", root / WHEEL, "--over", "slope=0.2:1", "--set", "friction=inf")
     assert result.status == 1

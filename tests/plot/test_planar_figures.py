@@ -28,10 +28,16 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
+<<<<<<< HEAD
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.panels import foot_style, short_slips
 from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, PATCH, leg_color
+=======
+from gaitopt.plot.panels import foot_style
+from gaitopt.plot.style import MODE_FILL, WARNING, leg_color
+from gaitopt.report.motion_charts import time_charts
+>>>>>>> usrB
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
 from tests.simulation.planar_examples import heel_toe_walker
@@ -277,6 +283,21 @@ def test_terrain_is_drawn_below_each_figure(uneven):
     assert "patch" in [text.get_text() for text in axes.get_legend().get_texts()]
     profile = find_profile(uneven.terrain, -1.0, 1.0)
     np.testing.assert_allclose(profile, [[-1, 0, 0, 0.1, 0.1, 0.6, 0.6, 1], [0, 0, *[-0.05] * 6]])
+
+
+def test_the_force_ratio_is_not_drawn_where_the_normal_force_is_a_rounding_error(both_feet):
+    number = next(i for i, part in enumerate(both_feet.segments) if np.ptp(part.force[0, 1]) > 0)
+    force = both_feet.segments[number].force.copy()
+    force[0, :, -1] = 5e-12, 2e-13  # at a lift-off
+    segments = list(both_feet.segments)
+    segments[number] = replace(segments[number], force=force)
+    motion = replace(both_feet, segments=tuple(segments))
+    axes = axes_of(plot_motion(motion))["force ratio"]
+    largest = max(np.nanmax(np.abs(line.get_ydata())) for line in axes.lines if len(line.get_ydata()))
+    assert largest < 2
+    assert axes.get_ylim()[1] < 3
+    chart = next(chart for chart in time_charts(motion, {}) if chart.title == "Force ratio and friction cone")
+    assert max(np.max(np.abs(y), initial=0.0) for line in chart.lines for y in line.y) < 2
 
 
 def test_motions_that_cannot_be_drawn_are_refused():

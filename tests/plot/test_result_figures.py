@@ -132,6 +132,20 @@ def test_a_sweep_over_one_parameter_has_a_line_for_each_sequence_and_marks_the_l
     assert axes.get_xlabel() == "slope [deg]"
 
 
+@pytest.mark.parametrize(("name", "label"), [("torque_squared", "lowest torque squared"), (None, "lowest cost")])
+def test_the_legend_of_a_sweep_names_the_objective_and_the_points_without_a_gait(name, label):
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    if name:
+        table["objective"].attrs["name"] = name
+    texts = [text.get_text() for legend in plot_sweep(table).legends for text in legend.get_texts()]
+    assert texts == [*SEQUENCES, label, "no gait"]
+    table["peak_torque"][0, 2] = np.nan  # of a solved gait
+    texts = [text.get_text() for legend in plot_sweep(table, quantity="peak_torque").legends for text in legend.texts]
+    assert texts[-1] == "no value"
+    complete = plot_sweep(table.isel(sequence=[1]))
+    assert [text.get_text() for legend in complete.legends for text in legend.get_texts()] == [SEQUENCES[1]]
+
+
 def test_the_lowest_cost_is_that_of_the_sequences_that_are_left():
     table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
     table["lowest_sequence"] = ("slope", np.array([SEQUENCES[1], SEQUENCES[0], *[SEQUENCES[1]] * 3], dtype=object))

@@ -61,6 +61,10 @@ def test_the_right_robot_passes():
             make_biped({"a": "b", "hip": "-hip"}),
             "the mirror changes .* Contacts with a wrong partner: 'foot a', 'foot b'",
         ),
+        (
+            make_biped({name: other for name, other in MIRROR.items() if name != "a"}),
+            r"the mirror changes .*\. Coordinates missing from the mirror: 'a', 'b'\.$",
+        ),
         (make_biped({**MIRROR, "hip": "hip"}), "Wrong entries: actuator 'hip', whose sign is reversed in the mirror"),
         (make_biped(leg_mass=0), "the mass matrix is singular; every coordinate needs a mass or an inertia"),
         (
@@ -72,7 +76,14 @@ def test_the_right_robot_passes():
             "contact 'foot b' does not move with the bodies: .* lifted .* gap changes by -1 m",
         ),
     ],
-    ids=["contact missing from the mirror", "sign missing from the mirror", "massless legs", "relative", "reversed"],
+    ids=[
+        "contact missing from the mirror",
+        "coordinate missing from the mirror",
+        "sign missing from the mirror",
+        "massless legs",
+        "relative",
+        "reversed",
+    ],
 )
 def test_a_wrong_robot_is_refused(use, robot, message):
     with pytest.raises(InputError, match=message):

@@ -154,9 +154,15 @@ def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
 
 
 def _describe_misfit(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> str:
-    """Return the contacts and actuators that the mirror does not move to their partners, as the end of a sentence."""
+    """Return the coordinates, contacts or actuators that the mirror exchanges wrongly, as the end of a sentence.
+
+    A missing coordinate is named first, since it moves correct contacts away from their partners.
+    """
     if robot.mirror is None:
         return ""
+    missing = _find_missing_coordinates(robot, robot.mirror, q, v, p)
+    if missing:
+        return f" Coordinates missing from the mirror: {', '.join(missing)}."
     gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, robot.mirror.coordinates @ q))
     wrong = np.abs(mirrored - gaps[list(robot.mirror.contacts)]) > DIFFERENCED
     names = [repr(name) for name, is_wrong in zip(robot.contact_names, wrong, strict=True) if is_wrong]
@@ -164,6 +170,21 @@ def _describe_misfit(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> str
         return f" Contacts with a wrong partner: {', '.join(names)}."
     actuators = _find_unfit_actuators(robot, robot.mirror, q, v, p)
     return f" Wrong entries: {', '.join(actuators)}." if actuators else ""
+
+
+def _find_missing_coordinates(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
+    """Return the coordinates that the mirror leaves unchanged although one of two exchanged contacts depends on them.
+
+    The mirror must map the coordinates on which a contact depends to those on which its partner depends.
+    """
+    rows = _evaluate(robot.rows, q, v, p)
+    depends = (np.abs(rows[0]) + np.abs(rows[1])) > NEGATIVE
+    expected = depends @ np.abs(mirror.coordinates).T > 0
+    differs = expected != depends[list(mirror.contacts)]
+    exchanged = np.array(mirror.contacts) != np.arange(len(mirror.contacts))
+    unchanged = np.diag(mirror.coordinates) == 1
+    wrong = np.any(differs[exchanged], axis=0) & unchanged
+    return [repr(name) for name, is_wrong in zip(robot.coordinates, wrong, strict=True) if is_wrong]
 
 
 def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
