@@ -145,18 +145,13 @@ def _draw_lines(
         handles, labels = axes.get_legend_handles_labels()
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
-<<<<<<< HEAD
-            handles, labels = [*handles, mark], [*labels, "lowest cost"]
-        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": title}
-=======
             handles, labels = [*handles, mark], [*labels, _name_lowest(table)]
         failed = ~np.isfinite(values)
         if failed.any():
             cross = axes.plot([], [], "x", color="0.3", markersize=4, linestyle="none")[0]
             unsolved = bool(np.all(table.status.values[failed] != "solved"))
             handles, labels = [*handles, cross], [*labels, EMPTY if unsolved else "no value"]
-        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH}
->>>>>>> usrB
+        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": title}
         add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
     return figure
 

@@ -28,16 +28,11 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
-<<<<<<< HEAD
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.panels import foot_style, short_slips
 from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, PATCH, leg_color
-=======
-from gaitopt.plot.panels import foot_style
-from gaitopt.plot.style import MODE_FILL, WARNING, leg_color
 from gaitopt.report.motion_charts import time_charts
->>>>>>> usrB
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
 from tests.simulation.planar_examples import heel_toe_walker
