@@ -118,8 +118,9 @@ def simulate(
     """Simulate steps from a periodic gait, or from a state nearby, and log every contact event.
 
     A saved gait, or the optimal gait of a script that returns a PlanarProblem, is simulated in open loop, with its
-    torques replayed, or under the given feedback law.  --set changes parameters of its robot and ground, such as
-    friction=0.2, of which the law does not know; the walk starts in the planned state.
+    torques replayed, or under the given feedback law.  For a saved gait, --set changes parameters of robot and ground,
+    such as friction=0.2, in the simulation only: torques and law remain those for the parameters in the file, and the
+    walk starts in the state of the gait.
 
     A step of a robot with several contacts is a period of its gait.  The suffix of the output determines its format:
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
