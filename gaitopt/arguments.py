@@ -129,7 +129,7 @@ def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> C
             if wrong is None:
                 raise
             raise ArgumentError(wrong) from error
-        key = _key_of(arguments[1:], options) if always else None
+        key = _key_of(function, arguments, options) if always else None
         if always and (key is None or key not in valid):
             wrong = _find_wrong_argument(function, name, arguments, options, numbers=True)
             if wrong is not None:
@@ -141,12 +141,30 @@ def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> C
     return call
 
 
-def _key_of(arguments: tuple[Any, ...], options: dict[str, Any]) -> tuple[Any, ...] | None:
-    """Return a key of plain arguments, types included; None if one of them is of another type."""
-    names_and_values = (*enumerate(arguments), *options.items())
-    if all(type(value) in _PLAIN for _, value in names_and_values):
-        return tuple((name, type(value), value) for name, value in names_and_values)
-    return None
+def _key_of(
+    function: Callable[..., Any], arguments: tuple[Any, ...], options: dict[str, Any]
+) -> tuple[Any, ...] | None:
+    """Return a key of plain arguments, types included; None if one of them is of another type.
+
+    Of expressions where they are expected, only the type matters.
+    """
+    key, expected = list[Any](), _list_expressions(function)
+    for name, value in (*list(enumerate(arguments))[1:], *options.items()):
+        if type(value) in _PLAIN:
+            key.append((name, type(value), value))
+        elif name in expected and type(value).__name__ == "SX":
+            key.append((name, type(value)))
+        else:
+            return None
+    return tuple(key)
+
+
+@functools.lru_cache(maxsize=1024)
+def _list_expressions(function: Callable[..., Any]) -> frozenset[int | str]:
+    """Return positions and names of the arguments that are annotated as expressions of CasADi."""
+    parameters = enumerate(_read_signature(function).parameters.values())
+    places = [(i, one.name) for i, one in parameters if getattr(one.annotation, "__name__", "") == "SX"]
+    return frozenset(place for pair in places for place in pair)
 
 
 def _find_wrong_argument(

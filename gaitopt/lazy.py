@@ -74,6 +74,21 @@ class LazyField(Generic[T]):
         vars(instance)[self._name] = value
 
 
+def is_evaluated(record: object, name: str) -> bool:
+    """Return whether a lazy field has been read, or was given as a value.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Report:
+    ...     size: LazyField[int] = LazyField()
+    >>> report = Report(size=Deferred(lambda: 4))
+    >>> is_evaluated(report, "size"), report.size, is_evaluated(report, "size")
+    (False, 4, True)
+    """
+    return not isinstance(vars(record)[name], Deferred)
+
+
 class LazyRecord:
     """A dataclass with fields of type :class:`LazyField`, which are evaluated before it is pickled or copied."""
 

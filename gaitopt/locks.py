@@ -27,7 +27,7 @@ class ForkSafeLock:
     """
 
     def __init__(self) -> None:
-        self._lock, self._local = threading.RLock(), threading.local()
+        self._lock, self._acquired = threading.RLock(), _LocksOfThread()
         if hasattr(os, "register_at_fork"):
             os.register_at_fork(after_in_child=self._renew)
 
@@ -37,11 +37,17 @@ class ForkSafeLock:
     def __enter__(self) -> None:
         lock = self._lock
         lock.acquire()
-        self._local.acquired = [*getattr(self._local, "acquired", ()), lock]
+        self._acquired.locks.append(lock)
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        *self._local.acquired, lock = self._local.acquired  # that of the parent, in a process forked in the block
-        lock.release()
+        self._acquired.locks.pop().release()  # that of the parent, in a process forked in the block
+
+
+class _LocksOfThread(threading.local):
+    """The locks that a thread holds, the last one acquired at the end."""
+
+    def __init__(self) -> None:
+        self.locks = list[threading.RLock]()
 
 
 ONE_AT_A_TIME = ForkSafeLock()

@@ -154,7 +154,7 @@ def assemble(
     """
     _check_parts(name, coordinates, step, drawing)
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
-    contact, relabel = step.contact, step.relabel(coordinates)
+    contact, relabel, guard = step.contact, step.relabel(coordinates), step.touchdown
     drawing = drawing or Drawing({"stance foot": coordinates.foot, "landing foot": contact.point})
     expressions = _label_expressions(step, relabel, {"actuator": actuators, "point": drawing.points})
     for kind, parts in (("body", bodies), ("force", forces)):
@@ -179,9 +179,7 @@ def assemble(
         **_landing(coordinates, mechanics, foot, jacobian),
         **_step(coordinates, foot, jacobian, _exchange_matrix(relabel, q, name), relabel),
         touchdown=_later(
-            "touchdown",
-            qvp,
-            lambda: {"guard": step.touchdown, "rate": ca.jacobian(step.touchdown, q) @ v, "armed": step.armed},
+            "touchdown", qvp, lambda: {"guard": guard, "rate": ca.jtimes(guard, q, v), "armed": step.armed}
         ),
         upright=_later("upright", qp, lambda: {"upright": step.upright}),
         joint_rates=_later("joint_rates", qvp, lambda: {"rates": joint @ v}),
@@ -226,10 +224,10 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
 
 def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
     """Raise InputError if an expression contains symbols other than those of the coordinates."""
-    placed = ca.vertcat(coordinates.q, coordinates.p)
-    used = ca.symvar(ca.veccat(placed, *expressions.values()))
-    for what, expression in expressions.items() if len(used) > placed.numel() else ():
-        valid = ca.vertcat(placed, coordinates.v) if what == "armed" else placed
+    q, p = coordinates.q, coordinates.p
+    used = ca.symvar(ca.veccat(q, p, *expressions.values()))
+    for what, expression in expressions.items() if len(used) > q.numel() + p.numel() else ():
+        valid = ca.vertcat(q, p, coordinates.v) if what == "armed" else ca.vertcat(q, p)
         known = {symbol.element_hash() for symbol in ca.symvar(valid)}
         for symbol in ca.symvar(ca.vec(ca.SX(expression))):
             if symbol.element_hash() not in known:

@@ -99,12 +99,13 @@ class FastCall:
 
 def _memory_layout(function: ca.Function) -> tuple[list[slice], list[slice]]:
     """Return the slices of the inputs and of the outputs of a Function in two arrays of consecutive numbers."""
-    if function not in _LAYOUTS:
-        _LAYOUTS[function] = (
+    layout = _LAYOUTS.get(function)
+    if layout is None:
+        layout = _LAYOUTS[function] = (
             _consecutive([function.nnz_in(i) for i in range(function.n_in())]),
             _consecutive([function.nnz_out(i) for i in range(function.n_out())]),
         )
-    return _LAYOUTS[function]
+    return layout
 
 
 _LAYOUTS: WeakKeyDictionary[ca.Function, tuple[list[slice], list[slice]]] = WeakKeyDictionary()

@@ -118,7 +118,9 @@ class GaitProblem:
                     f"{ground} must be passed as GaitProblem({ground}=...), not among the robot's parameters."
                 )
         self._check_free()
-        lower, upper = (self._resolve(slope) for slope in self._slopes())
+        slopes = self._slopes()
+        lower = self._resolve(slopes[0])
+        upper = dict(lower) if slopes[1] is slopes[0] else self._resolve(slopes[1])
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)

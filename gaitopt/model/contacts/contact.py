@@ -87,6 +87,11 @@ class PointContact(Contact):
         _refuse_constant_arming(self)
 
     @property
+    def coordinates(self) -> ca.SX:
+        """The position itself, shape (2, 1) [m]."""
+        return self.position
+
+    @property
     def slide(self) -> ca.SX:
         """Horizontal position [m]."""
         return self.position[0]

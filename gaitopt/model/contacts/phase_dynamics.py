@@ -50,7 +50,7 @@ class PhaseDynamics:
     def full(self, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return q and v of a reduced state, each of shape (n_q, 1)."""
         n = self.n_angles
-        slide, speed = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(0), ca.SX(0))
+        slide, speed = (state[self.slide_entry], state[self.speed_entry]) if self.slides else (ca.SX(1, 1),) * 2
         return full_vector(slide, state[:n]), full_vector(speed, state[n : 2 * n])
 
     def full_samples(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -291,7 +291,9 @@ class PhaseDynamics:
 def full_vector(slide: ca.SX, angles: ca.SX) -> ca.SX:
     """Return q for the slide coordinate and the angles of a contact on the ground, or v for their rates, (n_q, 1)."""
     vector = ca.SX(2 + angles.numel(), 1)
-    vector[SLIDE], vector[ANGLES] = slide, angles
+    vector[ANGLES] = angles
+    if slide.nnz():
+        vector[SLIDE] = slide
     return vector
 
 

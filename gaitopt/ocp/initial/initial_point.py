@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from gaitopt.model.coordinate_entries import full_coordinates
+from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, data_vector
 from gaitopt.ocp.nlp.keys import Kind, Unknown
@@ -120,7 +121,7 @@ def _fill_powers(transcription: Transcription, x: Array, driven: Sample, data: A
     structure, layout = transcription.structure, transcription.variables
     robot, p = structure.robot, data[: len(structure.robot.parameters)]
     names = [parameter.name for parameter in robot.parameters]
-    mass = float(robot.mass(p))
+    mass = float(FastCall(robot.mass)(p)[0][0])
     weight = mass * p[names.index("gravity")]
     # With open phases the impulse is the momentum at about 1 m/s.
     x[layout[Unknown.IMPULSE][1]] = 0.1 * weight if structure.scheme.nodal else mass

@@ -234,16 +234,17 @@ def _build_iterate(nlp: Nlp) -> tuple[FastCall, _Inertia]:
     rows = _row_conditions()
     values = rows.map(m).call([g, multipliers, lower, upper]) if m else [ca.MX(1, 0)] * rows.n_out()
     active, lam, unmet, compliance, row_right, row_outside = values
-    hessian = ca.triu2symm(derivatives["hess_lag"](x, data, 1 / nlp.typical, lam))
-    unknowns = [x, gradient, lam @ jacobian, unmet @ jacobian, x_lower, x_upper, ca.MX.ones(1, n) * nlp.typical]
+    hessian = ca.triu2symm(derivatives.hessian(1 / nlp.typical, lam.T))
+    unknowns = [x, gradient, lam @ jacobian, unmet @ jacobian, x_lower, x_upper, nlp.typical]
     columns = _bound_conditions().map(n).call(unknowns)
     on_bounds, stiffness, right, slope, outside = columns
 
     transposed = jacobian.T
     augmented = hessian + transposed @ (ca.diag(active) @ jacobian) + ca.diag(stiffness)
-    matrix = ca.vertcat(ca.horzcat(augmented, transposed), ca.horzcat(jacobian, ca.diag(compliance)))
+    # The matrix is symmetric: its rows are its columns, which CasADi stacks faster.
+    matrix = ca.horzcat(ca.horzcat(augmented, transposed).T, ca.horzcat(jacobian, ca.diag(compliance)).T)
     factors = ca.Linsol("factors", "ldl", matrix.sparsity())
-    step = factors.solve(matrix, ca.horzcat(right, row_right).T)
+    step = factors.solve(matrix, ca.veccat(right, row_right))
     violation, error = ca.norm_inf(ca.horzcat(outside, row_outside)), ca.norm_inf(slope)
     inputs = [x, multipliers, data, x_lower, x_upper, lower, upper]
     outputs = [f, violation, error, g, on_bounds, lam, active, step, matrix]

@@ -134,8 +134,8 @@ class BlockFunctions:
         parts = [ca.SX(0) if part is None else part for part in (self._block.cost, self._block.penalty)]
         gradient, count = ca.gradient(self._block.minimised, self._all), self._block.variables.numel()
         if self.has_intermediates:
-            gradient = self._chain.T @ gradient if gradient[count:].nnz() else gradient[:count]
-        return ca.Function("cost", self._inputs, [*parts, ca.densify(gradient)])
+            gradient = gradient[:count] if gradient[count:].is_zero() else self._chain.T @ gradient
+        return ca.Function("cost", self._inputs, [*parts, densify(gradient)])
 
     @cached_property
     def hessian(self) -> ca.Function:
@@ -189,7 +189,7 @@ class BlockFunctions:
             slopes = ca.SX.sym("slopes", block.intermediates.numel())
             second = ca.hessian(ca.dot(slopes, block.definitions), block.variables)[0]
             hessian = self._chain.T @ (hessian @ self._chain)
-            hessian += ca.substitute(second, slopes, ca.densify(gradient[block.variables.numel() :]))
+            hessian += ca.substitute(second, slopes, densify(gradient[block.variables.numel() :]))
         return ca.triu(hessian)
 
 
@@ -267,6 +267,11 @@ def stack(parts: Sequence[ca.SX]) -> ca.SX:
     """Return stacked columns; empty columns are omitted, and a single one is not copied, to save time."""
     filled = [part for part in parts if part.numel()]
     return filled[0] if len(filled) == 1 else ca.vertcat(*filled) if filled else ca.SX(0, 1)
+
+
+def densify(matrix: ca.SX) -> ca.SX:
+    """Return a dense matrix; one that is dense already is not copied, to save time."""
+    return matrix if matrix.is_dense() else ca.densify(matrix)
 
 
 def nonzeros(matrix: ca.SX) -> ca.SX:

@@ -190,11 +190,14 @@ def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
     g_all = ca.vertcat(g, ca.mtimes(selection, both) + ca.mtimes(slack_part, slacks))
     stacked = ca.vertcat(jacobian, ca.MX(ca.DM.eye(n)))
     jac_all = ca.blockcat([[jacobian, ca.MX(m, n_limits)], [ca.mtimes(ca.MX(selection), stacked), ca.MX(slack_part)]])
-    weight, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", m + count)
-    on_rows = multipliers[:m] + ca.mtimes(selection[:, :m].T, multipliers[m:])
-    curvature = nlp.derivatives["hess_lag"](inner, data, 0, on_rows)
-    hessian = ca.diagcat(curvature + weight * PROXIMAL * ca.diag(inverse * inverse), ca.MX(n_limits, n_limits))
-    derivatives = Derivatives((x, z, weight, multipliers), (f, gradient), (g_all, jac_all), hessian)
+
+    def hessian(weight: ca.MX, multipliers: ca.MX) -> ca.MX:
+        on_rows = multipliers[:m] + ca.mtimes(selection[:, :m].T, multipliers[m:])
+        curvature = nlp.derivatives["hess_lag"](inner, data, 0, on_rows)
+        return ca.diagcat(curvature + weight * PROXIMAL * ca.diag(inverse * inverse), ca.MX(n_limits, n_limits))
+
+    inputs = x, z, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", m + count)
+    derivatives = Derivatives(inputs, (f, gradient), (g_all, jac_all), hessian)
     return Nlp(
         functions={"x": x, "p": z, "f": f, "g": g_all},
         derivatives=derivatives,

@@ -108,7 +108,7 @@ class _JointAssembly:
         self.x, self.z = ca.MX.sym("x", layout.n_variables), ca.MX.sym("z", layout.data[-1].stop + count)
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.m)
         self.cost, self.gradient = ca.MX(0), ca.MX.zeros(layout.n_variables)
-        self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
+        self.constraints, self.jacobian = Entries(), Entries()
         for i in range(count):
             self._add(i)
         if layout.worst_case:
@@ -132,17 +132,28 @@ class _JointAssembly:
         at, of = (np.array(part, dtype=np.intp) for part in jacobian.sparsity().get_triplet())
         self.jacobian.add(rows[at], columns[of], jacobian.nz[:])
         part = SHARE_OF_SUM * weight if layout.worst_case else weight
-        factor = part * self.lam_f
         self.cost += part * f
         self.gradient += scatter(columns.tolist(), layout.n_variables, part * gradient)
         if layout.worst_case:
-            row = self.m - len(layout.nlps) + i
-            factor -= weight * self.lam_g[row]
-            self._bound_objective(i, row, weight * f, weight * gradient)
-        (hessian,) = nlp.derivatives["hess_lag"].call([x, z, factor, self.lam_g[rows.tolist()]])
-        at, of = (np.array(part, dtype=np.intp) for part in hessian.sparsity().get_triplet())
-        pair = np.array([columns[at], columns[of]])
-        self.hessian.add(pair.min(axis=0), pair.max(axis=0), hessian.nz[:])
+            self._bound_objective(i, self._worst_row(i), weight * f, weight * gradient)
+
+    def _worst_row(self, i: int) -> int:
+        """Return the row: largest objective - weighted objective of an NLP."""
+        return self.m - len(self.layout.nlps) + i
+
+    def _hessian(self, lam_f: ca.MX, lam_g: ca.MX) -> ca.MX:
+        """Return the upper triangle of the Hessian of the Lagrangian."""
+        layout, entries = self.layout, Entries()
+        for i, (nlp, columns, rows) in enumerate(zip(layout.nlps, layout.columns, layout.rows, strict=True)):
+            x, z, weight = self._arguments(i)
+            factor = (SHARE_OF_SUM * weight if layout.worst_case else weight) * lam_f
+            if layout.worst_case:
+                factor -= weight * lam_g[self._worst_row(i)]
+            (hessian,) = nlp.derivatives["hess_lag"].call([x, z, factor, lam_g[rows.tolist()]])
+            at, of = (np.array(part, dtype=np.intp) for part in hessian.sparsity().get_triplet())
+            pair = np.array([columns[at], columns[of]])
+            entries.add(pair.min(axis=0), pair.max(axis=0), hessian.nz[:])
+        return entries.matrix((layout.n_variables, layout.n_variables))
 
     def _bound_objective(self, i: int, row: int, value: ca.MX, gradient: ca.MX) -> None:
         """Add the row: largest objective - weighted objective."""
@@ -158,9 +169,8 @@ class _JointAssembly:
         """Return the NLP."""
         x, z, n, m = self.x, self.z, self.layout.n_variables, self.m
         g, jacobian = self.constraints.vector(m), self.jacobian.matrix((m, n))
-        hessian = self.hessian.matrix((n, n))
         inputs = x, z, self.lam_f, self.lam_g
-        derivatives = Derivatives(inputs, (self.cost, self.gradient), (g, jacobian), hessian)
+        derivatives = Derivatives(inputs, (self.cost, self.gradient), (g, jacobian), self._hessian)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,

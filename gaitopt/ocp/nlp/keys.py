@@ -226,7 +226,7 @@ class Key:
     @property
     def identifier(self) -> str:
         """Text of the key in files, independent of the printed label."""
-        text = self.kind.text.format(of=self.of)
+        text = self.kind.text.replace("{of}", self.of)
         return f"{text}, inner point {self.inner}" if self.inner else text
 
     @property

@@ -10,7 +10,7 @@ small functions and not on the number of intervals; its evaluation is as fast as
 
 import functools
 import operator
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -32,8 +32,8 @@ class Derivatives(Mapping[str, ca.Function]):
         Unknowns, data, and the multipliers of the objective and of the constraints.
     minimised : (f, gradient)
     constraints : (g, jacobian)
-    hessian : MX
-        Upper triangle of the Hessian of the Lagrangian.
+    hessian : callable
+        Returns the upper triangle of the Hessian of the Lagrangian for expressions of both multipliers.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class Derivatives(Mapping[str, ca.Function]):
         inputs: tuple[ca.MX, ca.MX, ca.MX, ca.MX],
         minimised: tuple[ca.MX, ca.MX],
         constraints: tuple[ca.MX, ca.MX],
-        hessian: ca.MX,
+        hessian: Callable[[ca.MX | float, ca.MX], ca.MX],
     ) -> None:
         self.inputs, self.minimised, self.constraints, self.hessian = inputs, minimised, constraints, hessian
         self._built: dict[str, ca.Function] = {}
@@ -60,7 +60,8 @@ class Derivatives(Mapping[str, ca.Function]):
             return ca.Function("nlp_jac_g", both, list(self.constraints), names, ["g", "jac:g:x"])
         if name == "hess_lag":
             names += ["lam:f", "lam:g"]
-            return ca.Function("nlp_hess_l", list(self.inputs), [self.hessian], names, ["triu:hess:gamma:x:x"])
+            hessian = self.hessian(*self.inputs[2:])
+            return ca.Function("nlp_hess_l", list(self.inputs), [hessian], names, ["triu:hess:gamma:x:x"])
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[str]:
@@ -161,21 +162,20 @@ class _Assembly:
         self.shared = self.z[:n_shared]
         self.lam_f, self.lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n_constraints)
         self.costs, self.penalties, self.gradients = list[ca.MX](), list[ca.MX](), list[ca.MX]()
-        self.constraints, self.jacobian, self.hessian = Entries(), Entries(), Entries()
-        self._blocks: list[tuple[Block, BlockFunctions, list[ca.MX]]] = []
+        self.constraints, self.jacobian = Entries(), Entries()
+        self._blocks: list[tuple[Block, BlockFunctions, ca.Function, list[ca.MX]]] = []
 
     def add(self, block: Block, functions: BlockFunctions) -> None:
         """Add the instances of a block."""
         local, count = [_reshape(self.x[_flat(block.columns)], block.columns.shape)], block.columns.shape[1]
-        shared = _repeat(self.shared, count)
         if block.symbols.numel():
             local.append(ca.DM(block.constants))
         if block.numbers.numel():
             local.append(_reshape(self.z[_flat(block.places)], block.places.shape))
         if functions.has_intermediates:
-            local += _map(functions.definitions, count, [*local, shared])
-        local.append(shared)
-        self._blocks.append((block, functions, local))
+            local += _map(functions.definitions, count, [*local, self.shared])
+        local.append(self.shared)
+        self._blocks.append((block, functions, functions.hessian, local))
         rows, columns = functions.jacobian_entries
         values, slopes = _map(functions.jacobian, count, local)
         self.constraints.add(block.rows, np.zeros_like(block.rows), values)
@@ -185,30 +185,32 @@ class _Assembly:
             self.costs.append(ca.sum2(cost))
             if block.penalty is not None:
                 self.penalties.append(ca.sum2(penalty))
-            self.gradients.append(scatter(_flat(block.columns), self.x.numel(), ca.vec(gradient)))
-        self._add_hessian(block, functions, local)
+            self.gradients.append(scatter(_flat(block.columns), self.x.numel(), gradient.nz[:]))
 
-    def _add_hessian(self, block: Block, functions: BlockFunctions, local: list[ca.MX]) -> None:
-        lam = _reshape(self.lam_g[_flat(block.rows)], block.rows.shape)
-        count = block.columns.shape[1]
-        (values,) = _map(functions.hessian, count, [*local, lam, _repeat(self.lam_f, count)])
-        entries = functions.hessian_entries
-        rows, columns = (block.columns[part] for part in entries)
-        self.hessian.add(np.minimum(rows, columns), np.maximum(rows, columns), values)
-        # A pair of local variables that are the same unknown adds to the diagonal twice.
-        pairs = (rows == columns) & np.not_equal(*entries)[:, None]
-        twice = np.flatnonzero(pairs.ravel(order="F"))
-        if twice.size:
-            diagonal = rows.ravel(order="F")[twice]
-            self.hessian.add(diagonal, diagonal, ca.vec(values)[twice.tolist()])
+    def hessian(self, lam_f: ca.MX | float, lam_g: ca.MX) -> ca.MX:
+        """Return the upper triangle of the Hessian of the Lagrangian for multipliers of objective and constraints."""
+        hessian, n = Entries(), self.x.numel()
+        for block, functions, function, local in self._blocks:
+            lam = _reshape(lam_g[_flat(block.rows)], block.rows.shape)
+            (values,) = _map(function, block.columns.shape[1], [*local, lam, lam_f])
+            entries = functions.hessian_entries
+            rows, columns = (block.columns[part] for part in entries)
+            hessian.add(np.minimum(rows, columns), np.maximum(rows, columns), values)
+            # A pair of local variables that are the same unknown adds to the diagonal twice.
+            pairs = (rows == columns) & np.not_equal(*entries)[:, None]
+            twice = np.flatnonzero(pairs.ravel(order="F"))
+            if twice.size:
+                diagonal = rows.ravel(order="F")[twice]
+                hessian.add(diagonal, diagonal, ca.vec(values)[twice.tolist()])
+        return hessian.matrix((n, n))
 
     def finish(self, typical: float, *, smooth: bool, dissect: bool) -> Nlp:
         """Return the NLP."""
         x, z, n, m = self.x, self.z, self.x.numel(), self.lam_g.numel()
         g = self.constraints.vector(m)
-        jac, hess = self.jacobian.matrix((m, n)), self.hessian.matrix((n, n))
+        jac = self.jacobian.matrix((m, n))
         minimised = self._sum_costs(), ca.densify(_sum(self.gradients, n))  # Ipopt misreads a sparse gradient
-        derivatives = Derivatives((x, z, self.lam_f, self.lam_g), minimised, (g, jac), hess)
+        derivatives = Derivatives((x, z, self.lam_f, self.lam_g), minimised, (g, jac), self.hessian)
         return Nlp(
             functions=Deferred(self._functions),
             derivatives=derivatives,
@@ -223,7 +225,7 @@ class _Assembly:
     def _functions(self) -> dict[str, ca.MX]:
         """Return the expressions of the NLP; the constraints are evaluated without their derivatives."""
         g = Entries()
-        for block, functions, local in self._blocks:
+        for block, functions, _, local in self._blocks:
             (values,) = _map(functions.constraints, block.columns.shape[1], local)
             g.add(block.rows, np.zeros_like(block.rows), values)
         return {"x": self.x, "p": self.z, "f": self._sum_costs(), "g": g.vector(self.lam_g.numel())}
@@ -238,14 +240,12 @@ def _sum(parts: Sequence[ca.MX], size: int = 1) -> ca.MX:
     return functools.reduce(operator.add, parts) if parts else ca.MX.zeros(size)
 
 
-def _map(function: ca.Function, count: int, arguments: list[ca.MX]) -> list[ca.MX]:
-    """Return the outputs of a Function for all instances of a block, whose arguments are side by side."""
+def _map(function: ca.Function, count: int, arguments: list[ca.MX | float]) -> list[ca.MX]:
+    """Return the outputs of a Function for all instances of a block.
+
+    Their arguments are side by side; a single column is common to all of them.
+    """
     return list((function if count == 1 else function.map(count)).call(arguments))
-
-
-def _repeat(column: ca.MX, count: int) -> ca.MX:
-    """Return a column that the instances of a block share, once for each of them."""
-    return column if count == 1 else ca.repmat(column, 1, count)
 
 
 def _reshape(column: ca.MX, shape: tuple[int, ...]) -> ca.MX:

@@ -45,4 +45,4 @@ def scatter(index: Sequence[int], size: int, values: ca.MX) -> ca.MX:
     if 0 < size == len(index) and order.min() >= 0:
         return values[order.tolist()]
     selection = ca.Sparsity(size, len(index), list(range(len(index) + 1)), list(index))  # one entry per column
-    return ca.DM(selection, 1.0) @ values
+    return ca.MX(ca.DM(selection, 1.0)) @ values

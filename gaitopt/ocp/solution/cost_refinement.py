@@ -56,7 +56,6 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         Whether the solve on a finer grid has failed.
     """
     solutions, tolerance = [solution], start.problem.transcription.largest_cost_error
-    total = sum(start.problem.transcription.intervals_for(start.problem.sequence))
     for growth in GROWTH[start.refinements :] if _refines(start) else ():
         if not solution.outcome.status.ok or cost_error(start, solution) <= tolerance:
             break
@@ -65,6 +64,7 @@ def refine_for_cost(start: SingleStart, solution: GridSolution) -> tuple[list[Gr
         if ramps is None:
             break
         known = solution_of(solution.transcription, solution.outcome)
+        total = sum(start.problem.transcription.intervals_for(start.problem.sequence))
         counts = known.intervals if growth == 1 else allot_intervals(ramps, round(growth * total))
         method = solution.method.replace_grid(counts, distribute_nodes(ramps, counts))
         schedule = start.schedule
@@ -115,10 +115,10 @@ def cost_error(start: SingleStart, solution: GridSolution) -> float:
 def report_cost_error(start: SingleStart, solution: GridSolution, *, failed: bool) -> tuple[str, ...]:
     """Return a sentence about an objective whose estimated error is too large; empty if it is not."""
     tolerance, error = start.problem.transcription.largest_cost_error, cost_error(start, solution)
-    counts = solution.method.intervals_for(start.problem.sequence)
-    reason = "the solve on a finer grid failed" if failed else "the refinement has ended"
     if not _refines(start) or not (failed or error > tolerance):
         return ()
+    counts = solution.method.intervals_for(start.problem.sequence)
+    reason = "the solve on a finer grid failed" if failed else "the refinement has ended"
     amount = f" by {100 * error:.2g} %" if math.isfinite(error) else ""
     return (
         f"The objective on {sum(counts)} intervals may exceed its value on a finer grid{amount} "

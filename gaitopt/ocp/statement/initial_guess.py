@@ -11,6 +11,7 @@ from attrs import field, frozen
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates
+from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
@@ -259,5 +260,5 @@ def _poses(setting: Setting) -> tuple[Array, Array]:
     """Return the angles after one touchdown and at the next, a step apart."""
     robot, p = setting.robot, setting.robot.vector(setting.values)
     end = touchdown_pose(robot, setting.values, setting.step_length)
-    swapped = robot.swap(full_coordinates(end), np.zeros(robot.n_q), p)[0]
-    return np.asarray(swapped).ravel()[ANGLES], end
+    swapped = FastCall(robot.swap, p)(full_coordinates(end), np.zeros(robot.n_q))[0]
+    return swapped[ANGLES], end

@@ -1,12 +1,13 @@
 """Arguments of objectives: one instant of a step, and the boundary of the step."""
 
+import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from gaitopt.lazy import LazyField
+from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import angle_entry, count_coordinates
 
@@ -153,18 +154,20 @@ def symbolic_instant(
     mode: Mode = Mode.STICK,
     phase: int = 0,
 ) -> Instant:
-    """Return an instant whose quantities are CasADi symbols."""
-    n_q, n_u = count_coordinates(len(angles)), len(actuators)
+    """Return an instant whose quantities are CasADi symbols, which are made when they are first read."""
+    n_q, n_u, names = count_coordinates(len(angles)), len(actuators), tuple(parameters)
     columns = {
         **dict.fromkeys(("q", "v", "acceleration"), n_q),
-        **dict.fromkeys(("torque", "torque_rate", "positive", "negative"), n_u),
-        **{"force": 2, "slip_speed": 1, "time": 1},
+        **dict.fromkeys(("torque_rate", "positive", "negative"), n_u),
+        **{"force": 2, "time": 1},
     }
     return Instant(
         mode=mode,
         phase=phase,
         angles=angles,
         actuators=actuators,
-        parameters={name: ca.SX.sym(name) for name in parameters},
-        **{name: ca.SX.sym(name, size) for name, size in columns.items()},
+        torque=ca.SX.sym("torque", n_u),
+        slip_speed=ca.SX.sym("slip_speed"),
+        parameters=Deferred(lambda: {name: ca.SX.sym(name) for name in names}),
+        **{name: Deferred(functools.partial(ca.SX.sym, name, size)) for name, size in columns.items()},
     )

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 
 from gaitopt.errors import InputError
+from gaitopt.lazy import is_evaluated
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
@@ -178,9 +179,16 @@ def is_curved(objective: Objective, robot: Robot) -> bool:
     Without curvature optima may not be unique, or torques switch on and off.
     """
     point = _symbolic_instant_of(robot)
+    integrands = [_as_expression(term.integrand(point)) for _, term in objective.terms()]
+    if any(ca.hessian(integrand, point.torque)[0].nnz() for integrand in integrands):
+        return True
     torques = ca.vertcat(point.torque, point.torque_rate)
-    integrands = (ca.SX(term.integrand(point)) for _, term in objective.terms())
     return any(ca.hessian(integrand, torques)[0].nnz() for integrand in integrands)
+
+
+def _as_expression(value: Any) -> ca.SX:
+    """Return an expression; one is not copied, to save time."""
+    return value if isinstance(value, ca.SX) else ca.SX(value)
 
 
 @functools.lru_cache(maxsize=32)
@@ -241,7 +249,7 @@ def _list_arguments(kind: type, method: str) -> list[str]:
 
 def _check_terms(objective: Objective, robot: Robot) -> None:
     kind, point = type(objective).__name__, _symbolic_instant_of(robot)
-    terms = {"integrand": ca.SX(objective.integrand(point))}
+    terms = {"integrand": _as_expression(objective.integrand(point))}
     if overrides(objective, "boundary"):
         terms["boundary"] = ca.SX(objective.boundary(_symbolic_boundary(robot)))
     for method, value in terms.items():
@@ -251,8 +259,14 @@ def _check_terms(objective: Objective, robot: Robot) -> None:
                 f"The {method} of {kind} must be one number, got a table of {rows} x {columns}: sum it over the "
                 "joints, for example by ca.sum1 or ca.sumsqr."
             )
-    if not objective.uses_power and ca.depends_on(terms["integrand"], ca.vertcat(point.positive, point.negative)):
+    read = any(is_evaluated(point, name) for name in ("positive", "negative"))
+    if not objective.uses_power and read and _contains_powers(terms["integrand"], point):
         raise InputError(f"The integrand of {kind} contains parts of the joint powers: set uses_power = True.")
+
+
+def _contains_powers(integrand: ca.SX, point: Instant) -> bool:
+    """Return whether an integrand contains parts of the joint powers of a symbolic instant."""
+    return bool(ca.depends_on(integrand, ca.vertcat(point.positive, point.negative)))
 
 
 @functools.lru_cache(maxsize=32)

@@ -150,9 +150,11 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
 @functools.lru_cache(maxsize=256)
 def _pose(robot: Robot, p: tuple[float, ...], step: float) -> tuple[float, ...] | None:
     angles = _pose_by_newton(robot, p, step)
-    gaps = _Gaps(robot, p, step)
-    if angles is not None or not gaps.are_finite(gaps.start):
+    if angles is not None:
         return angles
+    gaps = _Gaps(robot, p, step)
+    if not gaps.are_finite(gaps.start):
+        return None
     import scipy.optimize  # whose import takes longer than a solve
 
     tolerances = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)

@@ -18,7 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.arguments import check_arguments
-from gaitopt.lazy import Deferred
+from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Key, Kind
@@ -63,29 +63,36 @@ class Lobatto(Scheme):
 
     def node(self, dynamics: PhaseDynamics, state: ca.SX, torque: ca.SX, unknowns: ca.SX, p: ca.SX) -> Point:
         """Return the point with the accelerations `unknowns`."""
-        balance = functools.cache(lambda: dynamics.balance(state, unknowns, torque, p))
-        force, residual = Deferred(lambda: balance()[1]), Deferred(lambda: balance()[0])
+        balance = _PointBalance(Deferred(lambda: dynamics.balance(state, unknowns, torque, p)))
+        force, residual = Deferred(lambda: balance.parts[1]), Deferred(lambda: balance.parts[0])
         return Point(state, torque, unknowns, force, residual, dynamics.slip_speed(state))
 
     def advance(
         self, dynamics: PhaseDynamics, left: Point, right: Point, unknowns: ca.SX, length: ca.SX, p: ca.SX
     ) -> tuple[ca.SX, list[Point]]:
         """Return the difference between the right node and the end of the polynomial, and the inner points."""
-        inner = ca.reshape(unknowns, dynamics.n_a, self.points - 2)
-        accelerations = ca.horzcat(left.acceleration, inner, right.acceleration)
+        inner = ca.vertsplit(unknowns, dynamics.n_a)
+        accelerations = ca.horzcat(left.acceleration, *inner, right.acceleration)
         places, speeds = dynamics.parts(left.state)
         fractions, count = lobatto_points(self.points), self.points - 1
         # One column for each inner point and for the end.
-        integrated = ca.horzcat(speeds, length * accelerations) @ ca.DM(_state_integrals(self.points))
+        integrated = ca.horzcat(speeds, length * accelerations) @ _state_integrals(self.points)
         positions = ca.repmat(places, 1, count) + length * integrated[:, count:]
         states = ca.horzsplit(dynamics.join(positions, integrated[:, :count]))
 
-        points = []
-        for i in range(1, self.points - 1):
-            torque = left.torque + float(fractions[i]) * (right.torque - left.torque)
-            point = self.node(dynamics, ca.SX.sym("inner state", dynamics.n_x), torque, inner[:, i - 1], p)
-            points.append(replace(point, definition=states[i - 1]))
+        points, rise = [], right.torque - left.torque
+        for fraction, acceleration, definition in zip(fractions[1:-1].tolist(), inner, states[:-1], strict=True):
+            torque = left.torque + rise * fraction
+            point = self.node(dynamics, ca.SX.sym("inner state", dynamics.n_x), torque, acceleration, p)
+            points.append(replace(point, definition=definition))
         return right.state - states[-1], points
+
+
+@dataclass(frozen=True, eq=False)
+class _PointBalance:
+    """Residual of the equations of motion and contact force of a point, derived together when one is first read."""
+
+    parts: LazyField[tuple[ca.SX, ca.SX]] = LazyField()
 
 
 @functools.cache
@@ -111,7 +118,7 @@ def integrals(count: int) -> tuple[Array, Array]:
 
 
 @functools.cache
-def _state_integrals(count: int) -> Array:
+def _state_integrals(count: int) -> ca.DM:
     """Return the matrix from speeds and accelerations times the length of an interval to speeds and displacements.
 
     Its shape is (count + 1, 2 (count - 1)): columns are the speeds at all points but the first, then the displacements
@@ -119,7 +126,7 @@ def _state_integrals(count: int) -> Array:
     """
     once, twice = integrals(count)
     speeds = np.vstack([np.ones(count - 1), once[1:].T])
-    return np.hstack([speeds, np.vstack([lobatto_points(count)[1:], twice[1:].T])])
+    return ca.DM(np.hstack([speeds, np.vstack([lobatto_points(count)[1:], twice[1:].T])]))
 
 
 @functools.cache

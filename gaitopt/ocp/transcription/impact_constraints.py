@@ -66,7 +66,9 @@ def touchdown_block(
     q, v_minus = step.q_last, step.v_last
     momentum, _ = robot.impact(q, v_minus, v_plus, step.impulse, p)
     relabelled = robot.swap(q, v_minus, p)[0][ANGLES]
-    length = robot.landing(q, v_minus, p)[0][0] + travel_of_slides(robot, p, sum(builder.slides(local), ca.SX(0)))
+    length = robot.landing(q, v_minus, p)[0][0]
+    if slides := builder.slides(local):
+        length += travel_of_slides(robot, p, sum(slides[1:], slides[0]))
     law, excess, penalty = _impact_law(builder, sequence, local, step.impulse, foot_speed, p, following)
     transition_rows, transition = condition_rows(Touchdown(robot).conditions(q, v_minus, v_plus, p))
     constraints = ca.vertcat(
@@ -103,7 +105,7 @@ def _boundary(
     duration = ca.sum1(local.add_shared(Unknown.DURATION))
 
     def speed(table: Index) -> ca.SX:
-        return local.add("speed", table) if table.size else ca.SX(0)
+        return local.add("speed", table) if table.size else ca.SX(1, 1)
 
     zero = ca.SX(1, 1)
     speed_before = speed(builder.slide_columns(final, [final.nodes[-1]])[1:])

@@ -178,13 +178,13 @@ def mean_integrand(builder: NlpBuilder, instants: IntervalInstants) -> tuple[ca.
 
 def _weighted_sum(term: Objective, rule: Array, instants: Sequence[Instant | None]) -> ca.SX:
     """Return the weighted sum of an integrand over some instants."""
-    total = ca.SX(0)
+    values = []
     for share, instant in zip(rule, instants, strict=True):
         if share and instant is not None:
             value = term.integrand(instant)
             if not (isinstance(value, ca.SX) and value.is_zero()):  # zeros take as long to sum as other terms
-                total += float(share) * value
-    return total
+                values.append(value * float(share))
+    return sum(values[1:], values[0]) if values else ca.SX(0)
 
 
 def peak_rows(builder: NlpBuilder, local: BlockVariables, instant: Instant) -> tuple[list[Row], ca.SX]:

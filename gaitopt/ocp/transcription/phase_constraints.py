@@ -255,12 +255,23 @@ class _Intervals:
 
 def _end_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, nodes: _Nodes) -> list[Block]:
     """Return the block of the last node of a phase: the transition to the next phase, or peaks if there are any."""
-    local, equations, node = BlockVariables(builder, 1), Equations(), phase.nodes[-1]
-    p = local.parameters()
-    last = point_at(builder, phase, dynamics, local, [node], p)
+    local, equations = BlockVariables(builder, 1), Equations()
     if phase.following is None:
         equations.reserve(nodes.table)
-    else:
+    if phase.following is not None or builder.peaks:
+        _add_end(builder, phase, dynamics, local, equations)
+    rows = builder.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
+    rows = equations.separate_rows(rows, nodes.rows)
+    return [local.block(f"end_{phase.number}", equations.values, rows, merged=True)] if rows.size else []
+
+
+def _add_end(
+    builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, local: BlockVariables, equations: Equations
+) -> None:
+    """Add the conditions of the transition to the next phase, if there is one, and of peaks."""
+    p, node = local.parameters(), phase.nodes[-1]
+    last = point_at(builder, phase, dynamics, local, [node], p)
+    if phase.following is not None:
         equations.add(_balance(builder, dynamics), last.residual)
         equations.add(*_end_rows(builder, phase, dynamics, last, p))
         equations.add(*_sliding_inertia(builder, dynamics, last, p))
@@ -271,9 +282,6 @@ def _end_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics, node
         factory = InstantFactory(builder, local, phase, dynamics, p, np.array([phase.count]))
         rate = Deferred(lambda: torque_rate_before(builder, phase, local, last))
         equations.add(*peak_rows(builder, local, factory.make(last, power, rate)))
-    rows = builder.rows.add((Group.END, phase.number), equations.table, [phase.place(phase.count)])
-    rows = equations.separate_rows(rows, nodes.rows)
-    return [local.block(f"end_{phase.number}", equations.values, rows, merged=True)] if rows.size else []
 
 
 def _start_blocks(builder: NlpBuilder, phase: Phase, dynamics: PhaseDynamics) -> list[Block]:

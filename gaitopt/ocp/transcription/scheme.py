@@ -1,5 +1,6 @@
 """Schemes: the unknowns and equations of the motion within one interval."""
 
+import functools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
@@ -121,11 +122,19 @@ class Scheme(ABC):
 
         They integrate polynomials through all points exactly; Simpson's rule and Lobatto's rules are of this kind.
         """
-        at = np.array([0.0, *self.inner, 1.0])
-        powers = np.arange(at.size)
-        return np.asarray(np.linalg.solve(np.vander(at, increasing=True).T, 1 / (powers + 1)))
+        return _interpolatory_weights(tuple(self.inner))
 
     def kinked_weights(self) -> Array:
         """Return trapezoidal weights, which do not underestimate the integral over a kink."""
         gaps = np.diff([0.0, *self.inner, 1.0])
         return (np.append(gaps, 0.0) + np.append(0.0, gaps)) / 2
+
+
+@functools.cache
+def _interpolatory_weights(inner: tuple[float, ...]) -> Array:
+    """Return the weights that integrate polynomials through the ends of [0, 1] and some inner points exactly."""
+    at = np.array([0.0, *inner, 1.0])
+    powers = np.arange(at.size)
+    weights = np.asarray(np.linalg.solve(np.vander(at, increasing=True).T, 1 / (powers + 1)))
+    weights.flags.writeable = False
+    return weights
