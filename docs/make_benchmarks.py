@@ -49,8 +49,8 @@ have to be rewritten. A repeated solve consists of four steps of Newton's method
 [From a contact sequence to a gait](concepts/optimisation.md) explains this method, and why the cost of transport
 requires other methods.
 
-Since the measurement in the table, the first solve has become faster: it takes 0.80 to 0.82 times as long as before
-(medians of four series of 22 pairs, 2026-11-24, load 7 to 11).
+Since the measurement in the table, the first solve has become faster: it takes 0.91 to 0.93 times as long as that of
+the hand-tuned script (medians of series of 60 pairs, 2026-11-24).
 
 The command `gaitopt solve problems/compass_slip.py` takes 1.1 s of processor time: 30 % in Ipopt (87 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
