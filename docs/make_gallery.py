@@ -110,7 +110,7 @@ def reduce_figure(source, target):
         image.thumbnail(SIZE, Image.Resampling.LANCZOS)
         thumbnail = Image.new("RGB", SIZE, "white")
         thumbnail.paste(image, ((SIZE[0] - image.width) // 2, (SIZE[1] - image.height) // 2))
-        reduce_colors(thumbnail, 128).save(target, optimize=True)
+        reduce_colors(thumbnail, 256).save(target, optimize=True)
 
 
 def draw_start_page(gait):
