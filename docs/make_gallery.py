@@ -95,7 +95,12 @@ def draw_thumbnail(motion, path):
     for artist in [*axes.texts, *axes.patches, *forces, *filter(None, [axes.get_legend()])]:
         artist.remove()
     figure.savefig(path, dpi=100)
-    Image.open(path).convert("RGB").quantize(32).save(path, optimize=True)
+    reduce_colors(Image.open(path), 32).save(path, optimize=True)
+
+
+def reduce_colors(image, count):
+    """Return an image with a palette that contains rare colours too, such as that of the mark of a slipping foot."""
+    return image.convert("RGB").quantize(count, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
 
 
 def reduce_figure(source, target):
@@ -105,7 +110,7 @@ def reduce_figure(source, target):
         image.thumbnail(SIZE, Image.Resampling.LANCZOS)
         thumbnail = Image.new("RGB", SIZE, "white")
         thumbnail.paste(image, ((SIZE[0] - image.width) // 2, (SIZE[1] - image.height) // 2))
-        thumbnail.quantize(64).save(target, optimize=True)
+        reduce_colors(thumbnail, 256).save(target, optimize=True)
 
 
 def draw_start_page(gait):
@@ -117,7 +122,7 @@ def draw_start_page(gait):
             film.seek(number)
             pictures.append(film.convert("RGB").resize((720, 408), Image.Resampling.LANCZOS))
     still = pictures[film.n_frames // 8]
-    colors = still.quantize(64)  # one palette and no dithering, so that little changes from picture to picture
+    colors = reduce_colors(still, 96)  # one palette and no dithering, so that little changes from picture to picture
     still, *pictures = (picture.quantize(palette=colors, dither=Image.Dither.NONE) for picture in (still, *pictures))
     still.save(DOCS / "static" / "walk.png", optimize=True)
     settings = {"append_images": pictures[1:], "duration": film.info["duration"], "loop": 0, "disposal": 1}

@@ -102,7 +102,7 @@ def _draw_map(figure, axes, table):
     shading = axes.pcolormesh(values.T, cmap="RdBu", vmin=-60, vmax=60)
     figure.colorbar(shading, location="top", extend="both", label="saving by double support [%]")
     for i, j in np.ndindex(values.shape):
-        text = f"{values[i, j]:.0f}".replace("-", "\N{MINUS SIGN}") if np.isfinite(values[i, j]) else ""
+        text = f"{values[i, j]:z.0f}".replace("-", "\N{MINUS SIGN}") if np.isfinite(values[i, j]) else ""
         double = table.verified.sel(gait=DOUBLE).transpose("friction", "step_length").values[i, j]
         text = text or ("only" if double and not np.isfinite(others[i, j]) else "none")
         color = "white" if abs(np.nan_to_num(values[i, j])) > 35 else "black"
