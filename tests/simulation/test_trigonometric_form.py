@@ -1,14 +1,13 @@
-"""Robots in trigonometric form accelerate as the robots they are made from, in fewer products."""
+"""Lean robots accelerate as the robots they are made from, in fewer products."""
 
 from collections import Counter
 
 import casadi as ca
 import numpy as np
 import pytest
-import scipy.linalg
 
 from gaitopt import Coordinates, Drawing, Mode, Parameter, RigidLink, StepEnd, assemble, compass_biped, rimless_wheel
-from gaitopt.simulation.taylor.trigonometric_form import select_points, to_trigonometric_form
+from gaitopt.simulation.taylor.trigonometric_form import to_trigonometric_form
 
 MODES = [Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD]
 PARAMETERS = [
@@ -122,11 +121,3 @@ def test_light_legs_lose_no_digits(rng):
 def test_a_robot_that_is_no_sum_of_waves_stays_as_it_is():
     robot = pulled()
     assert to_trigonometric_form(robot) is robot
-
-
-@pytest.mark.parametrize("count", [1, 2, 7, 24])
-def test_selected_points_are_the_pivots_of_a_qr_decomposition(count):
-    rng = np.random.default_rng(count)
-    table = rng.normal(size=(2 * count + 1, count))
-    pivots = scipy.linalg.qr(table.T, pivoting=True, mode="economic")[2]
-    assert select_points(table) == pivots[:count].tolist()
