@@ -84,8 +84,8 @@ Tuning, TunedGains, RobustnessRecord or xarray.Dataset
     --------
     >>> from gaitopt.study import load_result
     >>> figure = plot_result(load_result("docs/examples/compass_slope.nc"), style=FigureStyle(width=3.5))
-    >>> [axes.get_ylabel() for axes in figure.axes][-1]
-    'spectral radius'
+    >>> figure.axes[-1].get_ylabel().split()
+    ['spectral', 'radius', 'of', 'the', 'period']
     """
     name = find_figure(result)
     if quantity is not None and name == "curve_figure:plot_curves":
