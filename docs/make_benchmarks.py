@@ -71,11 +71,11 @@ numbers of links, the time per iteration from the initial guess to the optimum (
 nonzeros of the linear system of an iteration (Hessian, Jacobian and diagonal), and the number of operations of its
 factorisation. The nonzeros grow linearly. The number of operations of one factorisation (L D Lᵀ with a minimum-degree
 ordering, counted from the pattern) grows faster than quadratically on both grids, because dense blocks contain unknowns
-of all links at a few nodes. A minimum cut of the graph of the system shows why: at 21 links, the unknowns and Lagrange
-multipliers that separate one half of the step from the other number 135 on both grids, about three per link at each of
-two instants, whereas those that separate the lower halves of both legs from the rest number 171 on 4 intervals and 467
-on 12. Cuts between links are smaller only above about 27 links on 4 intervals and 70 links on 12. On 12 intervals, the
-number of operations with nested dissection by METIS differs by at most 30 % from that in the table.
+of all links at a few nodes. A minimum cut of the graph of the system shows why: at 21 links, 135 unknowns and Lagrange
+multipliers separate one half of the step from the other on both grids, about three per link at each of two instants,
+whereas 171 on 4 intervals and 467 on 12 separate the lower halves of both legs from the rest. Cuts between links are
+smaller only above about 27 links on 4 intervals and 70 links on 12. On 12 intervals, the number of operations with
+nested dissection by METIS differs by at most 30 % from that in the table.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
 and processes larger ones at a higher rate. From 5 to 21 links, measured once while other programs ran, the time of

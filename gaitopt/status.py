@@ -40,7 +40,7 @@ class Status(Enum):
     )
     ITERATION_LIMIT = "Stopped at the iteration limit; increase it, or start from a gait closer to the solution."
     TIME_LIMIT = "Stopped at the time limit; increase it, or start from a gait closer to the solution."
-    INTERRUPTED = "Interrupted; the last iterate is kept and is not a solution."
+    INTERRUPTED = "Interrupted; the result is not a solution."
     DIVERGING = "The iterates diverge; add the bounds that are missing, such as torque or duration limits."
     INVALID_NUMBER = "A function returned nan or inf; start from a guess away from singular configurations."
     INVALID_OPTION = "The solver rejected its options; check the names of the solver and the linear solver."

@@ -81,7 +81,7 @@ def tune(
     For a robot with several contacts, the problem script is accepted in place of the gait file, and is solved first;
     the laws of such a robot are joint_pd, lqr and step_lqr.
 
-    Exit status 0 if the law stabilises the gait, otherwise 1; the smallest spectral radius is then printed.  Ctrl-C
+    Exit status 0 if the law stabilises the gait; otherwise 1, and the smallest spectral radius is printed.  Ctrl-C
     during the search ends it, and the best gains so far are printed and written without verification;
     Ctrl-C during the verification ends only that.  The exit status is then 130.
 
@@ -179,7 +179,7 @@ def push(
 ) -> None:
     """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
 
-    A push changes angles and rates after a touchdown in a random direction; a size counts as survived if all random
+    After a touchdown, a push changes the state in a random direction; a size counts as survived if all random
     pushes of this size are.  The slope is a change relative to that of the gait, for all steps.  The loss of friction,
     called friction patch in the results, lasts for the first five steps of the walk; --patch of 'gaitopt simulate'
     states the friction itself instead.  The noise is the standard deviation of a random torque on each actuator, and

@@ -219,7 +219,7 @@ class _Poses:
         if not abs(height) <= EXACT * self._size:
             return float(abs(height) / self._size), (
                 f"touchdown is zero with the landing foot {height:.3g} m above the ground ({at}): it must be "
-                "zero exactly with the foot on the ground."
+                "zero only with the foot on the ground."
             )
         guard = np.array([self._touchdown(q, unit)[1][0] for unit in self.angles])
         rise = np.array([self._landing(q, unit)[1][1] for unit in self.angles])
