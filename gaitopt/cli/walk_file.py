@@ -1,5 +1,6 @@
 """Simulated walks as files: trajectories, a figure or an animation."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from gaitopt.motion.view_motion import AnyMotion
@@ -8,28 +9,48 @@ FIGURES, ANIMATIONS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 """Suffixes of pictures; any other file is a CSV table."""
 
 
-def write_walk(motion: AnyMotion, path: Path, title: str, section: tuple[str, ...] = ()) -> Path:
-    """Write a walk in the format of the suffix: a figure, an animation, or trajectories as CSV.
+@dataclass(frozen=True)
+class WalkFile:
+    """The file of a simulated walk.
 
-    `section` are the events that end the steps of a robot with several contacts.
-
-    Raises
-    ------
-    InputError
-        If the motion has no samples.
-    ArchiveError
-        If the file is not writable.
+    Attributes
+    ----------
+    path : Path or None
+        None if no file is written.
+    width, font_size : float
+        Width of a figure [inch] and size of its axis labels [point]; not used for other files.
     """
-    suffix = path.suffix.lower()
-    if suffix in FIGURES:
-        from gaitopt.plot.gait_figure import plot_motion
-        from gaitopt.plot.saving import save_figure
 
-        return save_figure(plot_motion(motion, title=title.replace("_", " ")), path)
-    if suffix in ANIMATIONS:
-        from gaitopt.plot.animation import animate
+    path: Path | None
+    width: float
+    font_size: float
 
-        return animate(motion, path, steps=1)
-    from gaitopt.export.csv_file import write_csv
+    def write(self, motion: AnyMotion, title: str, section: tuple[str, ...] = ()) -> Path | None:
+        """Write a walk in the format of the suffix: a figure, an animation, or trajectories as CSV.
 
-    return write_csv(motion, path, section=section)
+        `section` are the events that end the steps of a robot with several contacts.
+
+        Raises
+        ------
+        InputError
+            If the motion has no samples.
+        ArchiveError
+            If the file is not writable.
+        """
+        if self.path is None:
+            return None
+        suffix = self.path.suffix.lower()
+        if suffix in FIGURES:
+            from gaitopt.plot.gait_figure import plot_motion
+            from gaitopt.plot.saving import save_figure
+            from gaitopt.plot.style import FigureStyle
+
+            style = FigureStyle(width=self.width, font_size=self.font_size)
+            return save_figure(plot_motion(motion, title=title.replace("_", " "), style=style), self.path)
+        if suffix in ANIMATIONS:
+            from gaitopt.plot.animation import animate
+
+            return animate(motion, self.path, steps=1)
+        from gaitopt.export.csv_file import write_csv
+
+        return write_csv(motion, self.path, section=section)

@@ -12,6 +12,8 @@ from gaitopt.cli.options import (
     CyclePeriod,
     CycleStarts,
     EngineName,
+    FigureWidth,
+    FontSize,
     GainValues,
     Json,
     LawName,
@@ -35,6 +37,7 @@ from gaitopt.errors import InputError
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.cli.walk_file import WalkFile
     from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
@@ -104,6 +107,8 @@ def simulate(
             "--output", "-o", metavar="CSV/PNG/GIF", help="File of the trajectories, or of a figure or an animation."
         ),
     ] = None,
+    width: FigureWidth = 7.2,
+    font_size: FontSize = 8.5,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
@@ -132,8 +137,10 @@ def simulate(
     """
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.cli.walk_file import WalkFile
 
     feedback = find_feedback(law, gain, torque_limit, stance_angle)
+    file = WalkFile(output, width, font_size)
     saved = source.suffix != ".py"
     settings, changes = ([], read_numbers(setting, "--set")) if saved else (setting or [], {})
     request = Request(source=source, settings=settings, script=problem, engine=engine, feedback=feedback)
@@ -141,20 +148,19 @@ def simulate(
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch), changes)
     if planar is not None:
-        _end_planar_walk(*planar, source.stem, output, engine=engine, json=json)
+        _end_planar_walk(*planar, source.stem, file, engine=engine, json=json)
     if rise or patch:
         raise InputError("--rise and --patch apply to robots with several contacts only.")
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps, changes)
-    _end_walk(walk, source.stem, output, json=json)
+    _end_walk(walk, source.stem, file, json=json)
 
 
-def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) -> NoReturn:
+def _end_walk(walk: "Rollout", name: str, file: "WalkFile", *, json: bool) -> NoReturn:
     """Write and print a walk, and end the command."""
-    from gaitopt.cli.walk_file import write_walk
     from gaitopt.cli.walk_output import print_walk, walk_facts
 
-    written = None if output is None else write_walk(walk.motion, output, name)
+    written = file.write(walk.motion, name)
     if json:
         print_json(walk_facts(walk) | {"file": None if written is None else str(written)})
     else:
@@ -167,15 +173,14 @@ def _end_walk(walk: "Rollout", name: str, output: Path | None, *, json: bool) ->
 
 
 def _end_planar_walk(
-    walk: "PlanarRollout", section: tuple[str, ...], name: str, output: Path | None, *, engine: str, json: bool
+    walk: "PlanarRollout", section: tuple[str, ...], name: str, file: "WalkFile", *, engine: str, json: bool
 ) -> NoReturn:
     """Write and print a walk of a robot with several contacts, and end the command."""
     from gaitopt.cli.planar_walk_output import report_planar_walk
-    from gaitopt.cli.walk_file import write_walk
     from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.status import Stop
 
-    written = None if output is None else write_walk(walk.motion, output, name, section)
+    written = file.write(walk.motion, name, section)
     report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
     if walk.stop is not Stop.STEPS_DONE:
         print_reason(f"{walk.stop.key}: {walk.stop.hint}")

@@ -55,7 +55,7 @@ class RigidLink:
     Attributes
     ----------
     mass : SX or float
-        Mass [kg].
+        Mass [kg]; 0 only if the inertia is 0 as well.  A rotor without mass is a :class:`RotorInertia`.
     position : SX, shape (2, 1)
         Position of the centre of mass [m].
     inertia : SX or float
@@ -93,6 +93,19 @@ def _refuse_negative(body: "Body", name: str, unit: str) -> None:
         raise InputError(f"{type(body).__name__}: {name} must not be negative [{unit}], got {float(value):g}.")
 
 
+def _refuse_massless(bodies: "Sequence[Body]") -> None:
+    """Raise InputError if a link has an inertia but no mass; expressions of parameters are not checked."""
+    for number, body in enumerate(bodies, start=1):
+        if isinstance(body, RigidLink) and _as_expression(body.mass).is_zero():
+            inertia = _as_expression(body.inertia)
+            if inertia.is_constant() and not inertia.is_zero():
+                raise InputError(
+                    f"Body {number}: a RigidLink with an inertia of {float(inertia):g} kg m^2 needs a mass greater "
+                    "than 0 kg, got 0 kg. A rotor or flywheel without mass is a RotorInertia(angle, inertia) among the "
+                    "`forces`."
+                )
+
+
 def _as_expression(value: ca.SX | float) -> ca.SX:
     """Return an expression; one is not copied, to save time."""
     return value if isinstance(value, ca.SX) else ca.SX(value)
@@ -116,6 +129,11 @@ class Mechanics:
         Gravitational acceleration in the slope-fixed frame [m/s^2].
     forces : sequence of Spring, Damper, Potential or RotorInertia
 
+    Raises
+    ------
+    InputError
+        If a link has an inertia but no mass.
+
     Attributes
     ----------
     entries, inertia, gravity_accelerations : SX, shape (n_r, 1)
@@ -134,6 +152,7 @@ class Mechanics:
     def __init__(
         self, bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()
     ) -> None:
+        _refuse_massless(bodies)
         self._bodies, self._q, self._v, self._gravity, self._forces = tuple(bodies), q, v, gravity, tuple(forces)
         links = [body for body in bodies if isinstance(body, RigidLink)]
         rotors = [force for force in forces if isinstance(force, RotorInertia)]
@@ -248,3 +267,14 @@ class Mechanics:
 def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()) -> Mechanics:
     """Return the mechanics of `bodies`; parameters as of :class:`Mechanics`."""
     return Mechanics(bodies, q, v, gravity, forces)
+
+
+def body_points(bodies: Sequence[Body]) -> dict[str, ca.SX]:
+    """Return the centres of mass of the bodies, which are drawn of a robot without a drawing.
+
+    Examples
+    --------
+    >>> [*body_points([PointMass(1.0, ca.SX(2, 1)), PointMass(2.0, ca.SX(2, 1))])]
+    ['body 1', 'body 2']
+    """
+    return {f"body {number}": ca.SX(body.position) for number, body in enumerate(bodies, start=1)}

@@ -10,8 +10,8 @@ import re
 from dataclasses import dataclass
 
 from gaitopt.arguments import check_record
-from gaitopt.errors import SequenceError, suggest
-from gaitopt.model.contacts.mode import Mode
+from gaitopt.errors import SequenceError
+from gaitopt.model.contacts.mode import Mode, suggest_mode
 
 _PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.ANY)}
 _EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
@@ -155,8 +155,8 @@ determines the modes: use the sequence of the gait that it returns.
         >>> ContactSequence.parse("slip | stick")
         Traceback (most recent call last):
         ...
-        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Did you mean \
-'slip-'? Known: stick, slip+, slip-, any.
+        gaitopt.errors.SequenceError: The sequence 'slip | stick' has an unknown mode 'slip'. Slip has \
+a direction: 'slip+' is forward (downhill), 'slip-' backward (uphill). Known: stick, slip+, slip-, any.
         """
         if isinstance(text, ContactSequence):
             return text
@@ -172,7 +172,9 @@ def _mode(token: str, text: str) -> Mode:
     try:
         return Mode(token)
     except ValueError:
-        raise SequenceError(f"The sequence {text!r} has an unknown mode {token!r}. {suggest(token, _PHASES)}") from None
+        raise SequenceError(
+            f"The sequence {text!r} has an unknown mode {token!r}. {suggest_mode(token, _PHASES)}"
+        ) from None
 
 
 @functools.lru_cache(maxsize=128)

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING
 from gaitopt.arguments import check_record
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
-from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.mode import Mode, suggest_mode
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.stated_changes import check_changes, list_changes, read_changes
@@ -275,7 +275,7 @@ def _suggest_entry(entry: str, modes: Sequence[str], contacts: Sequence[str]) ->
         return f"The contact in mode {entry!r} is missing."
     if similar := get_close_matches(entry, contacts, n=1, cutoff=0.8):
         return f"The mode of the contact is missing: write, for example, '{similar[0]} stick'."
-    return suggest(entry.rpartition(" ")[2], modes)
+    return suggest_mode(entry.rpartition(" ")[2], modes)
 
 
 def _is_single_support(text: str) -> bool:

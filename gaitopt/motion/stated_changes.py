@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
-from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.contacts.mode import Mode, suggest_mode
 
 CLOSES, OPENS, RELEASED = "closes", "opens", "released"
 _MODES = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.CLOSED, Mode.LATCHED)
@@ -64,7 +64,7 @@ def read_changes(part: str, text: str) -> tuple[str, ...]:
         if kind not in _KINDS or not contact:
             raise SequenceError(
                 f"The sequence {text!r} states the event {change!r}, which is not a contact and what it does "
-                f"({', '.join(_KINDS)}). {suggest(kind, _KINDS)}"
+                f"({', '.join(_KINDS)}). {suggest_mode(kind, _KINDS)}"
             )
         if change in changes:
             raise SequenceError(f"The sequence {text!r} states {change!r} twice at one event.")

@@ -1,6 +1,7 @@
 """Commands on walks: stability, simulate, basin, run."""
 
 import json
+import re
 
 import pytest
 from rich.console import Console
@@ -88,6 +89,14 @@ def test_simulate_logs_events():
     assert [event["name"] for event in data["events"]] == ["slip+", "touchdown"] * 2
     assert data["sequences"] == ["stick slip+ | stick"] * 2
     assert data["events"][1]["energy_lost"] > 0
+
+
+@pytest.mark.parametrize("width", [3.5, 7.2])
+def test_the_figure_of_a_walk_has_the_requested_width(tmp_path, width):
+    path = tmp_path / "walk.svg"
+    settings = ["--set", "friction=0.3", "--set", "sequence=stick slip+ | stick"]
+    assert run("simulate", WHEEL, *settings, "--steps", 1, "-o", path, "--width", width).exit_code == 0
+    assert float(re.search(r'width="([\d.]+)pt"', path.read_text()).group(1)) == pytest.approx(72 * width, rel=0.1)
 
 
 def test_the_events_of_a_walk_end_with_the_sequence_of_each_step():

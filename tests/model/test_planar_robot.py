@@ -12,6 +12,7 @@ from gaitopt.model import (
     PointContact,
     PointMass,
     RigidLink,
+    RotorInertia,
     SwitchedSpring,
     assemble_planar,
     check_planar,
@@ -160,6 +161,21 @@ def test_a_massless_link_is_a_fault():
     assert check_planar(biped(c, bodies=[PointMass(1.0, hip)])).faults == (
         "Robot 'biped': the mass matrix is singular; every coordinate needs a mass or an inertia.",
     )
+
+
+def test_an_inertia_without_mass_is_rejected_and_a_rotor_is_not():
+    c = PlanarCoordinates(("x", "y", "a"))
+    place, angle = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("a")
+
+    def assemble_wheel(*bodies, forces=()):
+        return assemble_planar(
+            "wheel", c, bodies=[PointMass(2.0, place), *bodies], contacts={"rim": PointContact(place)}, forces=forces
+        )
+
+    with pytest.raises(InputError, match=r"Body 2: a RigidLink with an inertia of 0.1 kg m\^2 needs a mass"):
+        assemble_wheel(RigidLink(0, place, 0.1, angle))
+    assert assemble_wheel(RigidLink(0, place, 0, angle)).n_q == 3
+    assert check_planar(assemble_wheel(forces=[RotorInertia(angle, 0.1)])).passed
 
 
 def test_a_negative_mass_is_named_by_its_sign():

@@ -90,3 +90,9 @@ def test_an_impossible_sequence_is_refused_with_a_sentence(text, message):
 def test_a_short_form_needs_a_pair_of_feet():
     with pytest.raises(SequenceError, match="does not have exactly one pair of feet"):
         PhaseSequence.parse("stick | stick", monopod())
+
+
+@pytest.mark.parametrize("text", ["foot slide > flight |", "foot stick > (foot slide) flight |"])
+def test_slip_without_a_direction_is_reported_with_both_directions(text):
+    with pytest.raises(SequenceError, match=r"'slip\+' is forward .*'slip-' backward"):
+        PhaseSequence.parse(text)

@@ -1,6 +1,9 @@
 """The contact modes of a foot under Coulomb friction and of a joint stop."""
 
+from collections.abc import Iterable
 from enum import Enum
+
+from gaitopt.errors import suggest
 
 
 class Mode(Enum):
@@ -58,3 +61,21 @@ class Mode(Enum):
 
 PHYSICAL = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
 """The physical contact modes of a foot."""
+
+
+def suggest_mode(spelling: str, accepted: Iterable[str]) -> str:
+    """Return a sentence with the mode of a similar spelling, or the directions of slip, then all accepted modes.
+
+    Examples
+    --------
+    >>> suggest_mode("slide", ["stick", "slip+", "slip-"])
+    "Slip has a direction: 'slip+' is forward (downhill), 'slip-' backward (uphill). Known: stick, slip+, slip-."
+    >>> suggest_mode("stik", ["stick", "slip+", "slip-"])
+    "Did you mean 'stick'? Known: stick, slip+, slip-."
+    """
+    accepted = list(accepted)
+    slips = {Mode.SLIP_FORWARD.value, Mode.SLIP_BACKWARD.value} <= {*accepted}
+    if slips and spelling.lower().startswith(("slip", "slid")):
+        known = f"Known: {', '.join(accepted)}."
+        return f"Slip has a direction: 'slip+' is forward (downhill), 'slip-' backward (uphill). {known}"
+    return suggest(spelling, accepted)

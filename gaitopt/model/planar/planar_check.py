@@ -12,6 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.planar.contact_translation import describe_detached_contacts
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.parameters import Parameter
 
 Vector = NDArray[np.float64]
@@ -49,6 +50,8 @@ class PlanarCheck:
         Change of mass matrix, forces, gaps, slide coordinates and actuation by the exchange of the legs.
     faults : tuple of str
         Faults with their remedies, one sentence each; empty for a correct robot.
+    remarks : tuple of str
+        Implausible sizes with the likely unit, such as a length of 900 m; they do not affect `passed`.
 
     Examples
     --------
@@ -63,11 +66,13 @@ mirror 0.0e+00
     travel: float
     mirror: float
     faults: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = field(default=())
 
     def __str__(self) -> str:
         verdict = "passed" if self.passed else f"not passed: {' '.join(self.faults)}"
         errors = ", ".join(f"{name} {getattr(self, name):.1e}" for name in ("energy", "contacts", "travel", "mirror"))
-        return f"{verdict}; least eigenvalue of the mass matrix {self.least_eigenvalue:.1e}; errors: {errors}"
+        text = f"{verdict}; least eigenvalue of the mass matrix {self.least_eigenvalue:.1e}; errors: {errors}"
+        return "; ".join([text, *self.remarks])
 
     @property
     def passed(self) -> bool:
@@ -108,7 +113,8 @@ def check_planar(
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
-    p = robot.vector(robot.resolve({"slope": 0.1, "friction": 0.5, **(parameters or {})}))
+    values = robot.resolve({"slope": 0.1, "friction": 0.5, **(parameters or {})})
+    p = robot.vector(values)
     rows = []
     for _ in range(states):
         q, v, u = rng.uniform(0.2, 0.8, robot.n_q), rng.normal(size=robot.n_q), rng.normal(size=robot.n_u)
@@ -134,7 +140,7 @@ def check_planar(
     )
     if -least > 1e-14:
         faults += describe_detached_contacts(robot, q, p)
-    return PlanarCheck(-least, energy, contacts, travel, mirror, faults)
+    return PlanarCheck(-least, energy, contacts, travel, mirror, faults, report_implausible_sizes(robot, values))
 
 
 def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:

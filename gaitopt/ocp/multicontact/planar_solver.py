@@ -15,6 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
+from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
@@ -373,7 +374,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=result.warnings,
+            warnings=result.warnings + report_implausible_sizes(problem.robot, values),
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

@@ -5,6 +5,7 @@ import time
 from dataclasses import replace
 
 from gaitopt.lazy import Deferred
+from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import Gait, SolverReport
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.bounds import nlp_data
@@ -73,6 +74,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
+    remarks += report_implausible_sizes(problem.robot, problem.values)
     gait = assemble_gait(solution, start.describe(solution), remarks)
     known = gait.solution and replace(gait.solution, cost_factor=cost_factor(start, solution))
     report = gait.solver.replace_fields(

@@ -1,0 +1,83 @@
+"""Implausible sizes of robots are reported with the likely unit."""
+
+import re
+
+import casadi as ca
+import pytest
+
+from gaitopt import GaitProblem, PointContact, RigidLink, check_robot, compass_biped, solve
+from gaitopt.model import PlanarCoordinates, assemble_planar, check_planar
+from gaitopt.model.plausible_sizes import report_implausible_sizes
+from gaitopt.model.robots.catalogue import CATALOGUE
+from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
+from gaitopt.ocp import Ipopt
+from gaitopt.parameters import Parameter
+
+GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")
+
+
+@pytest.mark.parametrize("name", [*CATALOGUE, *PLANAR_CATALOGUE])
+def test_robots_of_the_catalogue_are_plausible(name):
+    robot = (CATALOGUE | PLANAR_CATALOGUE)[name]()
+    assert report_implausible_sizes(robot, robot.resolve({})) == ()
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"leg_length": 900.0}, "leg_length = 900 m is implausible: .* in mm, state 0.9 m."),
+        ({"leg_length": 90.0}, "leg_length = 90 m is implausible: .* in cm, state 0.9 m."),
+        ({"leg_length": 9e-4, "leg_com": 5e-4}, "leg_length = 0.0009 m is implausible: .* in km, state 0.9 m."),
+        ({"leg_mass": 5000.0}, "leg_mass = 5000 kg is implausible: .* in g, state 5 kg."),
+        ({"gravity": 9810.0}, r"gravity = 9810 m/s\^2 is implausible: .* in mm/s\^2, state 9.81 m/s\^2."),
+    ],
+)
+def test_a_parameter_in_another_unit_is_reported_with_this_unit(values, sentence):
+    robot = compass_biped()
+    check = check_robot(robot, values, states=2)
+    assert len(check.remarks) == 1
+    assert re.fullmatch(sentence, check.remarks[0])
+
+
+def rod(length, inertia, parameters=(GRAVITY,)):
+    """Return a rod that falls over, with two contacts at its ends."""
+    c = PlanarCoordinates(("x", "y", "a"), parameters)
+    end = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    ahead = length * ca.vertcat(ca.sin(c.coordinate("a")), ca.cos(c.coordinate("a")))
+    value = c.parameter("rod_inertia") if inertia is None else inertia
+    mass = c.parameter("rod_mass") if inertia is None else 5.0
+    body = RigidLink(mass, end + ahead / 2, value, c.coordinate("a"))
+    return assemble_planar(
+        "rod", c, bodies=[body], contacts={"one": PointContact(end), "other": PointContact(end + ahead)}
+    )
+
+
+def test_lengths_and_inertias_that_are_no_parameters_are_found_by_drawing_and_mass_matrix():
+    assert check_planar(rod(0.9, 0.34)).remarks == ()
+    (length,) = check_planar(rod(900.0, 0.34e6)).remarks
+    assert "points of its drawing are up to 900 m apart" in length
+    check = check_planar(rod(0.9, 3400.0))
+    assert check.passed
+    assert "inertia 3.4e+03 kg m^2 of coordinate 'a' is implausible" in check.remarks[0]
+    assert check.remarks[0] in str(check)
+
+
+def test_an_inertia_that_does_not_fit_its_mass_is_reported_with_the_unit():
+    inertia = Parameter("rod_inertia", 3400.0, "kg m^2", "inertia")
+    robot = rod(0.9, None, (GRAVITY, inertia, Parameter("rod_mass", 5.0, "kg", "mass")))
+    (sentence,) = check_planar(robot).remarks
+    assert sentence.startswith("rod_inertia = 3400 kg m^2 is implausible: with a mass of 5 kg the radius of gyration")
+    assert sentence.endswith("If the value is in kg cm^2, state 0.34 kg m^2.")
+
+
+def test_a_solve_warns_of_implausible_sizes():
+    problem = GaitProblem(
+        robot=compass_biped(),
+        sequence="stick | stick",
+        friction=0.5,
+        speed=0.7,
+        step_length=0.4,
+        parameters={"leg_mass": 5000.0},
+    )
+    gait = solve(problem, solver=Ipopt(max_iterations=2))
+    assert any(warning.startswith("leg_mass = 5000 kg is implausible") for warning in gait.solver.warnings)
