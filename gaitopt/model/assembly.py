@@ -15,7 +15,7 @@ from gaitopt.model.contacts import accelerations
 from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.forces import Force
-from gaitopt.model.mechanics import Body, Mechanics, derive
+from gaitopt.model.mechanics import Body, Mechanics, body_points, derive
 from gaitopt.model.robot import Coordinates, Robot
 
 
@@ -67,7 +67,7 @@ class Drawing:
     Attributes
     ----------
     points : mapping of str to SX of shape (2, 1)
-        Points [m]; by default the stance contact and the landing contact.
+        Points [m]; without a drawing, the contacts and the centres of mass of the bodies.
     links : sequence of tuples of point names
         Lines from each point of a tuple to the next one.
     stance : Contact, optional
@@ -155,8 +155,8 @@ def assemble(
     _check_parts(name, coordinates, step, drawing)
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
     contact, relabel, guard = step.contact, step.relabel(coordinates), step.touchdown
-    drawing = drawing or Drawing({"stance foot": coordinates.foot, "landing foot": contact.point})
-    expressions = _label_expressions(step, relabel, {"actuator": actuators, "point": drawing.points})
+    points = drawing.points if drawing else {}
+    expressions = _label_expressions(step, relabel, {"actuator": actuators, "point": points})
     for kind, parts in (("body", bodies), ("force", forces)):
         for number, part in enumerate(parts, start=1):
             expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
@@ -165,6 +165,8 @@ def assemble(
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
     jacobian = ca.jacobian(foot := contact.coordinates, q)
+    masses = body_points(bodies)
+    drawing = drawing or Drawing({"stance foot": coordinates.foot, **masses, "landing foot": contact.point})
     index = {point: i for i, point in enumerate(drawing.points)}
     stance = drawing.stance or PointContact(coordinates.foot)
     return Robot(

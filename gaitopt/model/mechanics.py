@@ -248,3 +248,14 @@ class Mechanics:
 def derive(bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()) -> Mechanics:
     """Return the mechanics of `bodies`; parameters as of :class:`Mechanics`."""
     return Mechanics(bodies, q, v, gravity, forces)
+
+
+def body_points(bodies: Sequence[Body]) -> dict[str, ca.SX]:
+    """Return the centres of mass of the bodies, which are drawn of a robot without a drawing.
+
+    Examples
+    --------
+    >>> [*body_points([PointMass(1.0, ca.SX(2, 1)), PointMass(2.0, ca.SX(2, 1))])]
+    ['body 1', 'body 2']
+    """
+    return {f"body {number}": ca.SX(body.position) for number, body in enumerate(bodies, start=1)}

@@ -2,10 +2,34 @@
 
 import numpy as np
 
+from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 
 WEIGHT_DRAWN, LONGEST_FORCE = 0.45, 0.9
 """Length of a force as large as the weight, and of the largest force at most, in heights of the walker."""
+
+
+LEAST_HEIGHT = 1e-3
+"""Height of all drawn points [m] below which a motion is drawn to the scale of its horizontal extent."""
+
+
+def drawn_height(drawn: Array) -> float:
+    """Return the height to whose scale a walker is drawn [m]: that of its highest point in the motion.
+
+    A robot of which only points on the ground are drawn is as high as its points are wide, but at least 1 m.
+
+    Parameters
+    ----------
+    drawn : (2, n) array [m]
+        All drawn points of a motion.
+
+    Examples
+    --------
+    >>> drawn_height(np.array([[0.0, 0.3], [0.0, 0.9]])), drawn_height(np.array([[0.0, 3.0], [0.0, 0.0]]))
+    (0.9, 3.0)
+    """
+    height = float(np.max(drawn[1]))
+    return height if height > LEAST_HEIGHT else max(float(np.ptp(drawn[0])), 1.0)
 
 
 def force_scale(view: MotionView) -> float:

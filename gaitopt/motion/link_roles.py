@@ -23,7 +23,7 @@ class LinkRoles:
     stance_foot, swing_foot : int
         Points of the stance foot and of the landing foot.
     joints : tuple of int
-        Points where legs meet, such as the hip.
+        Points where legs meet, such as the hip; all other points than the feet of a robot without links.
     """
 
     stance: Links
@@ -58,8 +58,10 @@ def classify_links(motion: Motion) -> LinkRoles:
     legs: dict[int, list[tuple[int, int]]] = {-1: [], 0: [], 1: []}
     for a, b in motion.links:
         legs[int(np.sign(min(near[a], near[b]) - min(far[a], far[b])))].append((a, b))
-    used = {point for link in motion.links for point in link}
-    joints = tuple(point for point in sorted(used) if near[point] == far[point] and _degree(motion, point) > 1)
+    ends = {point for link in motion.links for point in link}
+    joints = tuple(point for point in sorted(ends) if near[point] == far[point] and _degree(motion, point) > 1)
+    if not motion.links:
+        joints = tuple(point for point in range(len(motion.points)) if point not in (stance_foot, swing_foot))
     return LinkRoles(tuple(legs[-1]), tuple(legs[1]), tuple(legs[0]), stance_foot, swing_foot, joints)
 
 

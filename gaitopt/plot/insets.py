@@ -67,7 +67,7 @@ class ForceDiagram:
             (self._lines[foot],) = axes.plot([], [], color=FORCE, linewidth=2)
             (self._tips[foot],) = axes.plot([], [], "o", color=FORCE, markersize=6)
         axes.set(xlim=(-side, side), ylim=(0, top), xlabel=r"$f_t$ / weight", ylabel=r"$f_n$ / weight")
-        axes.set_title("contact force in the friction cone")
+        axes.set_title("contact force in the friction cone" if view.sliding else "contact force")
         axes.locator_params(nbins=5)
         self.moving: list[Artist] = [*self._lines.values(), *self._tips.values()]
 

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames, SlideMark
 from gaitopt.motion.foot_arc import MARKS, FootArc, figure_points, find_foot_arc, find_open_feet
-from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
+from gaitopt.motion.force_scale import WEIGHT_DRAWN, drawn_height, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.plot.ground_line import draw_ground
@@ -52,7 +52,7 @@ class Scene:
         self._axes, self._film, self._view = axes, film, view
         self._slope, self._friction = view.parameters["slope"], view.parameters["friction"]
         figures = np.hstack([figure_points(view, part).reshape(2, -1) for part in view.segments])
-        self._height = float(np.max(figures[1]))
+        self._height = drawn_height(figures)
         self._newton = self._height * force_scale(view)
         self._arc = find_foot_arc(view)
         self._marks: dict[tuple[int, int], tuple[Any, Any]] = {}
@@ -71,7 +71,7 @@ class Scene:
         for foot, (dot, cone, force) in self._contacts.items():
             place, mode = tilt(frame.places[:, foot], self._slope), frame.modes[foot]
             for artist in (dot, cone, force):
-                artist.set_visible(mode is not Mode.FREE)
+                artist.set_visible(mode is not Mode.FREE and (artist is not cone or foot in self._view.sliding))
             dot.set(xdata=place[:1], ydata=place[1:], markerfacecolor=MODE_FILL[mode])
             cone.set_xy((place[:, None] + tilt(self._wedge, self._slope)).T)
             force.set_offsets([place])
@@ -130,7 +130,7 @@ class Scene:
         cones[0].set_label("friction cone")
         forces[0].set_label("contact force")
         self._impulses = ImpulseArrows(axes, self._film, self._height)
-        handles = [forces[0], cones[0], *self._impulses.handles]
+        handles = [forces[0], *(cones[:1] if view.sliding else []), *self._impulses.handles]
         axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
         arcs = [line for lines in self._feet.values() for line in lines]
         legs = [*(line for _, _, line in self._links), *arcs, *self._spokes]

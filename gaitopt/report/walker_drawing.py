@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.foot_arc import MARKS, figure_points, find_foot_arc, find_open_feet
-from gaitopt.motion.force_scale import WEIGHT_DRAWN, force_scale
+from gaitopt.motion.force_scale import WEIGHT_DRAWN, drawn_height, force_scale
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
@@ -49,7 +49,7 @@ class Stage:
         self._arc = find_foot_arc(view)
         drawn = np.hstack([figure_points(view, part).reshape(2, -1) for part in view.segments])
         self._slope, self._friction = view.parameters["slope"], view.parameters["friction"]
-        self._tall = float(np.max(drawn[1]))
+        self._tall = drawn_height(drawn)
         self._newton = self._tall * force_scale(view)
         first = view.segments[0]
         rims = first.rims[:, :, 0] if self._arc is not None and first.rims is not None else np.zeros((4, 0))
@@ -131,11 +131,13 @@ class Stage:
     def _contacts(self, frame: dict[str, Any]) -> tuple[list[Element], list[Element], list[Element]]:
         """Return the friction cones, the forces and the marks of the feet that touch the ground."""
         cones, forces, feet = [], [], []
-        for (x, y), (along, up), mode in zip(frame["foot"], frame["force"], frame["modes"], strict=True):
+        marks = zip(self._view.loaded, frame["foot"], frame["force"], frame["modes"], strict=True)
+        for contact, (x, y), (along, up), mode in marks:
             at: dict[str, Any] = {"transform": f"translate({x} {y})"}
             at |= {"visibility": "hidden"} if mode == "free" else {}
             arrow = {"x1": 0, "y1": 0, "x2": along, "y2": up, "marker_end": f"url(#{self._name}-arrow)"}
-            cones.append(element("polygon", class_="cone", points=self._wedge(), **at))
+            wedge = self._wedge() if contact in self._view.sliding else ""
+            cones.append(element("polygon", class_="cone", points=wedge, **at))
             forces.append(element("line", class_="force", **at, **arrow))
             feet.append(element("circle", class_=f"foot {mode}", r=5.5, **at))
         return cones, forces, feet

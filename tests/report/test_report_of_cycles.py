@@ -3,12 +3,15 @@
 import json
 import re
 
+import casadi as ca
 import pytest
 
-from gaitopt import InputError, find_cycles, rimless_wheel, write_report
+from gaitopt import InputError, PointContact, PointMass, find_cycles, rimless_wheel, write_report
 from gaitopt.cli.app import main
 from gaitopt.cli.script import call_script
+from gaitopt.model import JointStop, PlanarCoordinates, SwitchedSpring, assemble_planar
 from gaitopt.report import show_in_notebook
+from gaitopt.stability import find_planar_cycle
 from tests.conftest import ROOT
 
 
@@ -69,3 +72,26 @@ def test_the_command_refuses_scripts_of_optimisations(tmp_path, monkeypatch, cap
         main(["report", str(ROOT / "problems" / "monopod.py")])
     assert end.value.code == 2
     assert "'gaitopt solve' finds its gait" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_robot_without_a_drawing_is_drawn_by_its_bodies_at_its_size(tmp_path):
+    c = PlanarCoordinates(("body", "foot"))
+    body, foot = c.coordinate("body"), c.coordinate("foot")
+    top, sole = ca.vertcat(0, body), ca.vertcat(0, foot)
+    stop = JointStop(0.5 - (body - foot), latched=True, released_by="sole closes")
+    hopper = assemble_planar(
+        "hopper",
+        c,
+        bodies=[PointMass(8.0, top), PointMass(2.0, sole)],
+        contacts={"sole": PointContact(sole), "full length": stop},
+        forces=[SwitchedSpring(body - foot, 4000.0, rest=0.5, extension=0.02, contact="sole")],
+    )
+    hop = find_planar_cycle(hopper, [0.7, 0.2], [0, 0], {}, section="sole closes")
+    text = write_report({"hop": hop}, tmp_path / "hop.html").read_text(encoding="utf-8")
+    film = json.loads(re.search(r'class="film">(.*?)</script>', text).group(1))
+    first = film["frames"][0]
+    height = first["foot"][0][1] - min(y for _, y in first["joints"])
+    assert height == pytest.approx(0.5 / 0.7 * 360, rel=0.1)  # the body is at 0.5 m and rises to 0.7 m
+    # The foot has no slide coordinate, so no tangential force.
+    assert '<polygon class="cone" points=""' in text
+    assert "friction cone</span>" not in text

@@ -14,7 +14,7 @@ from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
 from gaitopt.model.forces import Force, Potential
-from gaitopt.model.mechanics import Body, Mechanics, RigidLink, derive
+from gaitopt.model.mechanics import Body, Mechanics, RigidLink, body_points, derive
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, ContactEntry
 from gaitopt.model.planar.joint_stop import JointStop, SwitchedSpring
 from gaitopt.model.planar.joint_sums import JointSums, find_joints
@@ -57,7 +57,7 @@ def assemble_planar(
         Exchange of the legs: pairs of names of coordinates, contacts and actuators, with a leading minus sign where the
         sign is reversed.
     drawing : Drawing, optional
-        By default the points of the contacts.
+        By default the points of the contacts and the centres of mass of the bodies.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def assemble_planar(
             f"Robot {name!r}: coordinates must be PlanarCoordinates(names, parameters), got {coordinates!r}."
         )
     actuators, drawing = dict(actuators or {}), drawing or Drawing()
-    places = drawing.points or {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
+    places = drawing.points or _default_points(bodies, contacts, drawing)
     units = _find_units(coordinates.q, bodies, contacts, places)
     entries = tuple(_entry(name, label, part, contacts, (coordinates.q, units)) for label, part in contacts.items())
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
@@ -120,6 +120,12 @@ def assemble_planar(
         **_newton_euler(inputs, mechanics, list(contacts.values()), actuators),
         figure=_later("figure", _without_rates(inputs), {"points": ca.horzcat(*places.values())}),
     )
+
+
+def _default_points(bodies: Sequence[Body], contacts: Mapping[str, AnyContact], drawing: Drawing) -> dict[str, ca.SX]:
+    """Return the points of the contacts and, without links, of the bodies, which show the size of the robot."""
+    feet = {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
+    return feet if drawing.links else feet | body_points(bodies)
 
 
 def _check_gaps(name: str, contacts: Mapping[str, AnyContact], q: ca.SX) -> None:
