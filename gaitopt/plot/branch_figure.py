@@ -17,7 +17,9 @@ from gaitopt.continuation.branch_diagram import (
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
+from gaitopt.plot.axis_labels import show_unit
 from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.radius_curves import interpolate_radii
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 
 if TYPE_CHECKING:
@@ -70,7 +72,8 @@ def plot_branches(
 
     The upper panel shows a coordinate of the gaits after touchdown, at the start of each step of their period, the
     lower one the spectral radius over this period.  A colour means one contact sequence and period in both panels, a
-    marker one kind of special point; the markers of gaits of longer periods are smaller.
+    marker one kind of special point; the markers of gaits of longer periods are smaller.  Between the computed gaits,
+    the spectral radius is that of the interpolated characteristic polynomial of the multipliers.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def plot_branches(
             place = branch.names.index(coordinate)
             heights = factor * branch.orbits[:, :, place]
             _draw_branch(upper, branch, values, heights, colors)
-            _draw_branch(lower, branch, values, np.minimum(branch.radii, 2 * LARGEST_RADIUS), colors, joined=False)
+            _draw_radii(lower, branch, colors, angular=angular)
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
@@ -161,11 +164,16 @@ def _describe_changes(diagram: BranchDiagram, letters: int) -> str:
         robot = robot_named(diagram.robot)
     except InputError:  # a custom robot
         return ""
-    changes = [
-        f"{each.name.replace('_', ' ')} {diagram.parameters[each.name]:.4g} {'' if each.unit == '1' else each.unit}"
+    changed = [
+        each
         for each in robot.parameters
         if each.name not in ("slope", "friction", diagram.parameter)
         and not math.isclose(diagram.parameters.get(each.name, each.default), each.default, rel_tol=1e-12)
+    ]
+    units = ["" if each.unit == "1" else show_unit(each.unit) for each in changed]
+    changes = [
+        f"{each.name.replace('_', ' ')} {diagram.parameters[each.name]:.4g} {unit}"
+        for each, unit in zip(changed, units, strict=True)
     ]
     text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
     if len(text) > LONGEST_CHANGES:
@@ -195,21 +203,25 @@ def _parameter_label(diagram: BranchDiagram) -> str:
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
-def _draw_branch(
-    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], *, joined: bool = True
-) -> None:
-    """Draw a branch in pieces of equal sequence and stability.
+def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:
+    """Draw a coordinate of a branch in pieces of equal sequence and stability, which have common points."""
+    for piece, sequence, stable in split_branch(branch):
+        axes.plot(values[piece], rows[piece], **_piece_style(branch, sequence, stable, colors))
 
-    Pieces of different sequences are joined unless the quantity is discontinuous between them.
-    """
-    for piece, sequence, stable in split_branch(branch, joined=joined):
-        axes.plot(
-            values[piece],
-            rows[piece],
-            color=colors[name_gaits(sequence, branch.steps)],
-            label=STABLE_PIECE if stable else UNSTABLE_PIECE,
-            **(STABLE if stable else UNSTABLE),
-        )
+
+def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], *, angular: bool) -> None:
+    """Draw the spectral radius of a branch, which is discontinuous between pieces of different sequences."""
+    curves = interpolate_radii(branch)
+    for piece, sequence, stable in split_branch(branch, joined=False):
+        values, radii = (np.concatenate(parts) for parts in zip(*curves[piece.start : piece.stop - 1], strict=True))
+        values = np.degrees(values) if angular else values
+        axes.plot(values, np.minimum(radii, 2 * LARGEST_RADIUS), **_piece_style(branch, sequence, stable, colors))
+
+
+def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: dict[str, Any]) -> dict[str, Any]:
+    """Return colour, dashes and label of the line of a piece of a branch."""
+    look = STABLE | {"label": STABLE_PIECE} if stable else UNSTABLE | {"label": UNSTABLE_PIECE}
+    return {"color": colors[name_gaits(sequence, branch.steps)], **look}
 
 
 def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float) -> None:

@@ -12,7 +12,7 @@ from gaitopt.model.coordinate_entries import SLIDE, angle_entry
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Array
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import NO_BREAK, add_page_legend
 from gaitopt.plot.panels import join_segments, sample_force_ratio
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison, energy_per_distance
@@ -29,13 +29,16 @@ TERMS = (
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#9C86BF", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
-"""Terms of the cost of transport: name, label, colour, hatch.  The first five gaits have none of these colours."""
+"""Terms of the cost of transport: name, label, colour, hatch.  The lines of gaits have none of these colours."""
 
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
 MOST_LABELS, LABEL_LETTERS, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 0.8, 0.6
 """Bars with labels below them; letters in a line of such a label; widths of one, and of an axis with numbers [inch]."""
+
+LONGEST_COLUMN, TITLE_LETTERS = 7, 22
+"""Rows above bars beyond which they are in two columns, with their labels above them; letters in a line of these."""
 
 ROW_HEIGHT, NARROW_ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 0.85, 2.2, 0.9
 """Heights of a row beside bars and above bars, of bars below the rows, and of legend and axis labels [inch]."""
@@ -49,7 +52,8 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
     """Overlay gaits as functions of the percentage of the step, and draw the terms of their costs of transport as bars.
 
     For gaits of several robots, the angles and actuators that all of them have are drawn.  A colour means one gait in
-    all rows; bars of a column figure are drawn below the rows, otherwise beside them.
+    all rows; bars of a column figure are drawn below the rows, otherwise beside them.  More than seven rows of a column
+    figure are drawn in two columns.
 
     Parameters
     ----------
@@ -78,23 +82,30 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
             raise InputError(f"The gait {label!r} has no duration or is not finite: compare the others without it.")
     narrow = style.width < NARROW
     rows = _rows(comparison, unit_line=narrow)
-    above = NARROW_ROW_HEIGHT * len(rows) if narrow else ROW_HEIGHT * max(len(rows), LEAST_ROWS)
-    with style.figure(above + EDGES_HEIGHT + BARS_HEIGHT * narrow) as figure:
-        if narrow:
-            grid = figure.add_gridspec(2, 1, height_ratios=(above, BARS_HEIGHT))
-            place = grid[1]
-        else:
-            grid = figure.add_gridspec(1, 2, width_ratios=(RATIO, 1))
-            beside = [min(len(rows), MOST_ROWS), len(rows) - MOST_ROWS]
-            beside = [count for count in beside if count > 0]
-            place = grid[1].subgridspec(len(beside), 1, height_ratios=beside)[0]
-        left = _draw_rows(figure, grid[0].subgridspec(len(rows), 1), rows, comparison)
-        handles, labels = left[0].get_legend_handles_labels()
+    columns = 2 if narrow and len(rows) > LONGEST_COLUMN else 1
+    above = NARROW_ROW_HEIGHT * -(-len(rows) // columns) if narrow else ROW_HEIGHT * max(len(rows), LEAST_ROWS)
+    height = above + EDGES_HEIGHT + BARS_HEIGHT * narrow
+    if height > style.tallest and not narrow:
+        rows = _rows(comparison, unit_line=True)
+    with style.figure(min(height, style.tallest)) as figure:
+        grid, place = _divide_page(figure, len(rows), above, narrow=narrow)
+        axes = _draw_rows(figure, grid[0].subgridspec(-(-len(rows) // columns), columns), rows, comparison)
+        handles, labels = axes[0].get_legend_handles_labels()
         add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         space = (style.width if narrow else style.width / (1 + RATIO)) - AXIS_WIDTH
-        columns, most_labels = 1 + narrow, min(MOST_LABELS, int(space / LABEL_WIDTH))
-        _draw_costs(figure.add_subplot(place), comparison, columns=columns, most_labels=most_labels)
+        most_labels = min(MOST_LABELS, int(space / LABEL_WIDTH))
+        _draw_costs(figure.add_subplot(place), comparison, columns=1 + 2 * narrow, most_labels=most_labels)
     return figure
+
+
+def _divide_page(figure: "Figure", rows: int, above: float, *, narrow: bool) -> tuple[Any, Any]:
+    """Return the grid of rows and bars of a figure, and the place of the bars in it."""
+    if narrow:
+        grid = figure.add_gridspec(2, 1, height_ratios=(above, BARS_HEIGHT))
+        return grid, grid[1]
+    grid = figure.add_gridspec(1, 2, width_ratios=(RATIO, 1))
+    beside = [count for count in (min(rows, MOST_ROWS), rows - MOST_ROWS) if count > 0]
+    return grid, grid[1].subgridspec(len(beside), 1, height_ratios=beside)[0]
 
 
 def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
@@ -118,19 +129,26 @@ def _folded_name(name: str) -> str:
 
 
 def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Comparison) -> "list[Axes]":
-    """Draw the rows of all gaits over the step in a grid of one column."""
-    left: list[Axes] = []
-    for row, (label, read) in enumerate(rows):
-        axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None)
-        left.append(axes)
-        for number, (name, gait) in enumerate(comparison.gaits.items()):
-            axes.plot(*_over_step(gait, read(gait)), **line_style(number), label=name)
-        axes.set_ylabel(label)
-        axes.tick_params(labelbottom=row == len(rows) - 1)
-    left[-1].set_xlabel("fraction of the step [%]")
-    left[-1].set_xlim(0, 100)
-    figure.align_ylabels(left)
-    return left
+    """Draw the rows of all gaits over the step in a grid of one column or of two."""
+    drawn: list[Axes] = []
+    for number, (label, read) in enumerate(rows):
+        column, row = divmod(number, grid.nrows)
+        axes = figure.add_subplot(grid[row, column], sharex=drawn[0] if drawn else None)
+        drawn.append(axes)
+        for place, (name, gait) in enumerate(comparison.gaits.items()):
+            axes.plot(*_over_step(gait, read(gait)), **line_style(place), label=name)
+        if grid.ncols == 1:
+            axes.set_ylabel(label)
+        else:
+            title = textwrap.fill(label.replace("\n", " ").replace("N m", f"N{NO_BREAK}m"), TITLE_LETTERS)
+            axes.set_title(title.replace(NO_BREAK, " "), loc="left", pad=2)
+        axes.tick_params(labelbottom=row == grid.nrows - 1 or number == len(rows) - 1)
+        if row == grid.nrows - 1:
+            axes.set_xlabel("fraction of the step [%]")
+    drawn[0].set_xlim(0, 100)
+    if grid.ncols == 1:
+        figure.align_ylabels(drawn)
+    return drawn
 
 
 def _over_step(gait: Gait, parts: list[Array]) -> tuple[Array, Array]:

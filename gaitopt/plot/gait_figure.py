@@ -15,7 +15,7 @@ from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.impulse_marks import widen_legend_space
 from gaitopt.plot.legends import NO_BREAK, add_page_legend, wrap_text
-from gaitopt.plot.literal_text import show_invalid_math
+from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 """In inches."""
 
-NARROW_HEIGHT, FEW_INSTANTS = 8.4, 5
+NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 8.4, 5, 3
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
 KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
@@ -42,6 +42,10 @@ EXTRA_ROW = 1.45
 """Height of each panel beyond four [inch]."""
 
 MOST_PANELS = 4
+
+BAR_HEIGHT, KEY_LINES = 0.42, 5
+"""Height of the bar of a contact over that of a panel; lines of a key beside one of more than four panels, which is
+higher if its key has more."""
 
 ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
@@ -159,7 +163,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
         above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
         box = WARNING_HEIGHT + max(warning.count("\n") + 1 - WARNING_LINES, 0) * LINE_HEIGHT if warned else 0.0
-        height = _total_height(view, style) + box + above - TITLE_HEIGHT
+        height = min(_total_height(view, style) + box + above - TITLE_HEIGHT, style.tallest)
         figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
         if titled:
             figure.suptitle(title, linespacing=1.4)
@@ -173,7 +177,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
             figure.text(0.5, 0.5, "The last iterate is not finite and is not drawn.", ha="center")
-        show_invalid_math(figure)
+        finish_texts(figure)
         figure.draw_without_rendering()  # the layout of axes of equal aspect needs a second draw
     return figure
 
@@ -236,13 +240,17 @@ def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
 def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
     """Draw the panels below one another, their keys above them."""
     rows = choose_rows(view)
-    grid = place.subgridspec(len(rows), 1)
+    grid = place.subgridspec(len(rows), 1, height_ratios=_row_heights(rows, view))
     panels_drawn: list[Axes] = []
     for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
         panels_drawn.append(axes)
         draw(axes, view)
         _finish(name, axes, view)
+        if len(rows) > MOST_PANELS:  # panels are less high than the labels of their axes are long
+            axes.set_ylabel(_split_label(axes.get_ylabel()))
+            if name == "force ratio":
+                axes.locator_params(axis="y", nbins=FEW_TICKS)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if row == 0:
@@ -262,7 +270,8 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
     rows, phases = choose_rows(view), panels.short_slips(view)[:3]
     columns = max(len(phases), 1)
     widths = [4.4, *[max(1.7 / columns, 0.95) if phases else 1.1] * columns]
-    grid = place.subgridspec(len(rows), 1 + columns, width_ratios=widths)
+    heights = _row_heights(rows, view)
+    grid = place.subgridspec(len(rows), 1 + columns, width_ratios=widths, height_ratios=heights)
     left: list[Axes] = []
     for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=left[0] if left else None, label=name)
@@ -271,7 +280,9 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         if name not in ENLARGED:
-            _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, view if row == 0 else None)
+            lines = _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, None if row else view)
+            if len(rows) > MOST_PANELS:
+                heights[row] = max(heights[row], lines / KEY_LINES)
             continue
         if name == "force ratio" and axes.get_legend_handles_labels()[0]:
             axes.legend(loc="lower center", ncols=2, borderaxespad=0.2, borderpad=0.1, frameon=True, edgecolor="none")
@@ -287,11 +298,30 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
                 beside.set_xlabel("time [ms]")
             else:
                 name_enlargement(beside, phase)
+    grid.set_height_ratios(heights)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
     if view.is_single_support:
         panels.name_phases(left[0], view)
     figure.align_ylabels(left)
+
+
+def _row_heights(rows: Rows, view: MotionView) -> list[float]:
+    """Return the heights of the panels, relative to each other; that of the modes depends on the number of contacts."""
+    return [min(BAR_HEIGHT * len(view.closing), 1.0) if name == "modes" else 1.0 for name in rows]
+
+
+def _split_label(label: str) -> str:
+    """Return the label of an axis with its unit, or its last formula, on a line of its own.
+
+    Examples
+    --------
+    >>> _split_label("foot speed [m/s]").splitlines()
+    ['foot speed', '[m/s]']
+    """
+    quantity, space, last = label.rpartition(" ")
+    place = label.find(" [") if " [" in label else len(quantity) if space and last.startswith("$") else -1
+    return label if place < 0 else f"{label[:place]}\n{label[place + 1 :]}"
 
 
 def _finish(name: str, axes: "Axes", view: MotionView) -> None:
@@ -302,15 +332,19 @@ def _finish(name: str, axes: "Axes", view: MotionView) -> None:
         panels.widen_constant(axes)
 
 
-def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> None:
-    """Draw the key of a panel in an empty axes beside it, with the shading of slip phases if a motion is given."""
+def _draw_key(key: "Axes", axes: "Axes", motion: MotionView | None) -> int:
+    """Draw the key of a panel in an empty axes beside it, with the shading of slip phases if a motion is given.
+
+    Return the number of its lines.
+    """
     key.axis("off")
     handles, labels = axes.get_legend_handles_labels()
     if motion:
         handles, labels = _add_slip_keys(handles, labels, motion)
+    wrapped = [textwrap.fill(label, KEY_LETTERS) for label in labels]
     if handles:
-        wrapped = [textwrap.fill(label, KEY_LETTERS) for label in labels]
         key.legend(handles, wrapped, loc="upper left", borderaxespad=0, handlelength=2.2)
+    return sum(1 + label.count("\n") for label in wrapped)
 
 
 def _add_slip_keys(handles: list[Any], labels: list[str], view: MotionView) -> tuple[list[Any], list[str]]:

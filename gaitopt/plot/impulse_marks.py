@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.motion.actuator_impulses import Moment
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
-from gaitopt.plot.style import line_style
+from gaitopt.plot.style import NARROW, line_style
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,8 +20,8 @@ CARETS: dict[Moment, int] = {"before": 8, "after": 9}
 OFFSET = {"before": -1.2, "after": 1.2}
 """Distance of a stem from the instant of the impact, so that two impulses of one impact are visible [point]."""
 
-AXIS_WIDTH = 5.2
-"""Width of the numbers and the label of the axis on the right, over the size of letters."""
+AXIS_WIDTH, NUMBERS_WIDTH = 5.2, 2.6
+"""Widths of the numbers and the label of the axis on the right, and of its numbers alone, over the size of letters."""
 
 HEADROOM, LEAST_SHARE = 1.15, 0.3
 """Height of the axis over the largest impulse, and least share of either side of zero that has impulses."""
@@ -53,10 +53,10 @@ def draw_actuator_impulses(axes: "Axes", view: MotionView, rows: "Mapping[int, i
     if not drawn:
         return
     right = axes.twinx()
-    right.set(label=_name_axis(axes), ylabel=f"impulse\n[{unit} s]")
+    right.set(label=_name_axis(axes), ylabel="" if _is_narrow(axes) else f"impulse\n[{unit} s]")  # the legend states it
     right.grid(visible=False)
     right.spines["right"].set_visible(True)
-    right.locator_params(axis="y", nbins=5)
+    right.locator_params(axis="y", nbins=3 if _is_narrow(axes) else 5)
     for time, moment, row, value in drawn:
         _draw_stem(right, time, moment, value, line_style(rows[row])["color"])
     _align_zeros(axes, right, np.array([value for *_, value in drawn]))
@@ -81,8 +81,14 @@ def widen_legend_space(axes: "Axes") -> dict[str, Any]:
     figure = axes.get_figure(root=True)
     if figure is None or all(each.get_label() != _name_axis(axes) for each in figure.axes):
         return {}
-    width = AXIS_WIDTH * float(axes.yaxis.label.get_fontsize()) / 72
+    width = (NUMBERS_WIDTH if _is_narrow(axes) else AXIS_WIDTH) * float(axes.yaxis.label.get_fontsize()) / 72
     return {"bbox_transform": axes.transAxes + ScaledTranslation(width, 0, figure.dpi_scale_trans)}
+
+
+def _is_narrow(axes: "Axes") -> bool:
+    """Return whether axes belong to a figure of the width of a column."""
+    figure = axes.get_figure(root=True)
+    return figure is not None and figure.get_figwidth() < NARROW
 
 
 def _name_axis(axes: "Axes") -> str:

@@ -11,6 +11,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.view_motion import AnyMotion, view_motion
+from gaitopt.plot.literal_text import show_minus
 from gaitopt.plot.style import CONE, FORCE, GROUND, MODE_FILL, MODE_INK, WARNING, leg_color
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ class Header:
         size, left = float(np.clip(room / max(letters, 1.0), SMALLEST, LARGEST)), 0.025
         self._tokens = []
         for token in self._sequence:
-            text = figure.text(left, 0.935, token.text, family="DejaVu Sans Mono", size=size, va="center")
+            text = figure.text(left, 0.935, show_minus(token.text), family="DejaVu Sans Mono", size=size, va="center")
             self._tokens.append(text)
             letters = float(len(token.text))
             if size < LARGEST:  # letters are as wide as whole pixels

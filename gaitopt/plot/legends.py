@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.plot.literal_text import show_minus
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -74,7 +75,7 @@ def add_page_legend(
     figure = owner.get_figure(root=True)
     if figure is None:
         raise ValueError("a legend needs axes or a figure that belong to a figure")
-    wrapped = [wrap_text(label, int(LETTERS_PER_INCH * width)) for label in labels]
+    wrapped = [show_minus(wrap_text(label, int(LETTERS_PER_INCH * width))) for label in labels]
     for count in range(min(columns, len(wrapped)), 1, -1):
         legend = owner.legend(handles, wrapped, ncols=count, **placement)
         if legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:

@@ -1,5 +1,6 @@
-"""Texts of users in figures: shown literally if they are not valid mathematics."""
+"""Texts in figures: invalid mathematics, as in names of users, is shown literally, contact modes with a minus sign."""
 
+import re
 from typing import TYPE_CHECKING
 
 from gaitopt.motion.printable import replace_controls
@@ -8,15 +9,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def show_invalid_math(figure: "Figure") -> None:
-    r"""Show every text of a figure literally that matplotlib cannot typeset, such as a name with an odd dollar sign.
+_BACKWARD = re.compile(r"\bslip-(?!\w)")
+
+
+def show_minus(text: str) -> str:
+    """Return a text whose contact modes have a minus sign in place of the hyphen of files and commands.
+
+    Examples
+    --------
+    >>> show_minus("slip- stick | slip-")
+    'slip− stick | slip−'
+    """
+    return _BACKWARD.sub("slip\N{MINUS SIGN}", text)
+
+
+def finish_texts(figure: "Figure") -> None:
+    r"""Show contact modes with a minus sign, and texts literally that matplotlib cannot typeset.
+
+    Such a text is a name with an odd dollar sign.
 
     Examples
     --------
     >>> from matplotlib.figure import Figure
     >>> figure = Figure()
     >>> texts = [figure.text(0, 0, name) for name in (r"$\theta$", r"$\bad{$")]
-    >>> show_invalid_math(figure)
+    >>> finish_texts(figure)
     >>> [text.get_parse_math() for text in texts]
     [True, False]
     """
@@ -25,8 +42,8 @@ def show_invalid_math(figure: "Figure") -> None:
     for text in figure.findobj(Text):
         if isinstance(text, Text):
             words = text.get_text()
-            if replace_controls(words) != words:
-                text.set_text(replace_controls(words))
+            if (shown := show_minus(replace_controls(words))) != words:
+                text.set_text(shown)
             if "$" in words and not all(_is_valid_math(line) for line in words.splitlines()):
                 text.set_parse_math(False)
 

@@ -10,26 +10,31 @@ from attrs import field, frozen
 from gaitopt.arguments import check_record
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.parameters import number_within, positive
-from gaitopt.plot.literal_text import show_invalid_math
+from gaitopt.plot.literal_text import finish_texts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The palette of Okabe and Ito is distinguishable for colour-blind readers; dashes distinguish lines in grey print.
+# The palette of Okabe and Ito is distinguishable for colour-blind readers; dashes distinguish lines in grey print.  Its
+# orange and sky blue are the colours of slip, in whose place lines have brown and violet.
 LINES = (
     ("#0072B2", "-"),
     ("#D55E00", (0, (5, 1.5))),
     ("#009E73", (0, (5, 1.5, 1, 1.5))),
     ("#CC79A7", (0, (1, 1))),
     ("#000000", (0, (9, 2))),
-    ("#E69F00", "-"),
-    ("#56B4E9", (0, (5, 1.5))),
+    ("#663311", "-"),
+    ("#8822EE", (0, (5, 1.5))),
 )
 AREA_SHADE = 0.55
 """Share of the colour of a line in that of an area, so that lines and letters on it are readable."""
 
 NARROW = 5.0
 """Width of a figure below which it is laid out for a column of a journal [inch]."""
+
+TALLEST, LARGEST_FONT = 9.0, 9.0
+"""Largest height of a figure, which leaves space for a caption on a page [inch], and size of letters up to which it
+holds [pt]; figures of larger letters are taller in proportion."""
 
 DASHES = tuple(dict.fromkeys(dashes for _, dashes in LINES))
 
@@ -109,6 +114,11 @@ class FigureStyle:
     """Colour of areas and wide lines by contact mode."""
 
     @property
+    def tallest(self) -> float:
+        """Largest height of a figure [inch]."""
+        return TALLEST * max(self.font_size / LARGEST_FONT, 1.0)
+
+    @property
     def settings(self) -> Any:
         """For ``matplotlib.rc_context``, whose type differs between versions of matplotlib."""
         size = self.font_size
@@ -139,7 +149,7 @@ class FigureStyle:
         with rc_context(self.settings):
             figure = Figure(figsize=(self.width, height), layout="constrained")
             yield figure
-            show_invalid_math(figure)
+            finish_texts(figure)
             figure.draw_without_rendering()  # ticks are made only when drawn, and must be made with these settings
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import FigureStyle, load_diagram, plot_branches
+from gaitopt.plot.radius_curves import interpolate_radii
 from tests.conftest import ROOT
 from tests.plot.test_gait_figure import check_texts
 
@@ -55,3 +56,44 @@ def test_markers_are_smaller_where_special_points_are_closer(diagram):
     assert list(sizes) == sorted(sizes)
     assert list(sizes.values()) == sorted(sizes.values(), reverse=True)
     assert sizes[1] >= 1.9 * sizes[8]
+
+
+def take_gaits(branch, chosen, **changes):
+    """Return a branch with some of its gaits, and no special points."""
+    arrays = {name: getattr(branch, name)[chosen] for name in ("values", "orbits", "multipliers", "sequences")}
+    return replace(branch, special=(), **(arrays | changes))
+
+
+def errors_of(branch):
+    """Return the errors of curve and chord of the radius at every other gait, computed from those between them."""
+    coarse = take_gaits(branch, slice(0, (branch.values.size - 1) // 2 * 2 + 1, 2))
+    errors = []
+    for k, (values, radii) in enumerate(interpolate_radii(coarse)):
+        value, radius = branch.values[2 * k + 1], branch.radii[2 * k + 1]
+        chord = np.interp(value, values[[0, -1]], radii[[0, -1]])
+        errors.append((abs(np.interp(value, values, radii) - radius), abs(chord - radius)))
+    return np.array(errors)
+
+
+def test_the_curve_of_the_radius_passes_through_gaits_that_it_does_not_know(diagram):
+    for branch in diagram.branches:
+        curve, chord = errors_of(branch).max(axis=0)
+        assert curve < 2e-3
+        assert curve < 0.05 * chord
+
+
+def test_the_curve_of_the_radius_of_gaits_whose_state_is_constant_stays_between_them(diagram, rng):
+    first = diagram.branches[0]
+    orbits = first.orbits.copy()
+    orbits[20:] = orbits[20] * (1 + 1e-14 * rng.standard_normal(orbits[20:].shape))
+    names = ("stick | stick",) * 20 + ("slip+ stick | stick",) * (first.values.size - 20)
+    branch = take_gaits(first, slice(None), orbits=orbits, sequences=names)
+    for k, (values, radii) in enumerate(interpolate_radii(branch)):
+        assert np.all((values >= first.values[k]) & (values <= first.values[k + 1]))
+        assert (values.size == 2) == (k == 19)
+        assert radii[0] == first.radii[k]
+
+
+def test_the_lower_panel_shows_a_curve_between_the_gaits(diagram):
+    upper, lower = plot_branches(diagram).axes
+    assert max(len(line.get_xdata()) for line in lower.lines) > 5 * max(len(line.get_xdata()) for line in upper.lines)

@@ -12,7 +12,16 @@ from matplotlib.figure import Figure
 
 from gaitopt import FigureStyle, compare, feedforward, load_diagram, plot_comparison, plot_gait, simulate
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot import plot_branch_basin, plot_branches, plot_motion, plot_ranking, plot_sweep, view_result
+from gaitopt.plot import (
+    comparison_figure,
+    plot_branch_basin,
+    plot_branches,
+    plot_motion,
+    plot_ranking,
+    plot_sweep,
+    view_result,
+)
+from gaitopt.plot.gait_figure import choose_rows
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.plot.style import line_style
@@ -47,6 +56,32 @@ def test_the_warning_of_a_failed_gait_is_inside_a_column(infeasible):
     assert figure.bbox.contains(*box.min)
     assert figure.bbox.contains(*box.max)
     assert axes_of(figure)["stick figures"].get_window_extent().width > 0.8 * figure.bbox.width
+
+
+@pytest.mark.parametrize("width", [3.5, 7.0])
+def test_a_figure_with_many_panels_is_not_taller_than_a_page(hop_gait, width):
+    figure = plot_gait(hop_gait, style=FigureStyle(width=width, font_size=8.5))
+    assert sum(axes.get_label() in choose_rows(view_motion(hop_gait.motion)) for axes in figure.axes) > 4
+    assert figure.get_figheight() <= 9.0
+    check_texts(figure)
+
+
+@pytest.mark.parametrize("width", [3.5, 7.0])
+def test_a_comparison_with_many_rows_is_not_taller_than_a_page(slipping, width, monkeypatch):
+    rows = comparison_figure._rows
+
+    def add_rows(comparison, *, unit_line):
+        *angles, force, speed = rows(comparison, unit_line=unit_line)
+        unit = "torque\n[N m]" if unit_line else "torque [N m]"
+        more = [(f"{name} knee\n{unit}", force[1]) for name in ("stance", "swing", "left", "right", "other")]
+        return [*angles, *more, force, speed]
+
+    monkeypatch.setattr(comparison_figure, "_rows", add_rows)
+    figure = plot_comparison(compare({"one": slipping, "other": slipping}), style=FigureStyle(width=width))
+    assert len(figure.axes) == 12
+    assert figure.get_figheight() <= 9.0
+    assert is_inside(figure)
+    check_texts(figure)
 
 
 @pytest.mark.parametrize("width", [2.5, 3.0, 3.5, 4.0])

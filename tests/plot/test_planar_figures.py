@@ -28,6 +28,7 @@ from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
+from gaitopt.plot.literal_text import show_minus
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.panels import foot_style, short_slips
 from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures
@@ -216,7 +217,7 @@ def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait):
     title = f"{sequence}\nslip+ stick slip- | stick"
     for width in (2.5, 3.5, 5.0):
         lines = plot_gait(hop_gait, title=title, style=FigureStyle(width=width)).get_suptitle().splitlines()
-        assert " ".join(lines).startswith(title.replace("\n", " "))
+        assert " ".join(lines).startswith(show_minus(title.replace("\n", " ")))
         assert not any(line.startswith(("stick,", "stick >", "stick |", "A ", "B ", "|")) for line in lines)
 
 

@@ -1,11 +1,13 @@
 """Figures of every kind of result fit on a journal column and on a page, and show what the result contains."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.text import Text
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
 from gaitopt.model.contacts.mode import Mode
@@ -20,8 +22,10 @@ from gaitopt.plot import (
 )
 from gaitopt.plot.basin_figure import ending_colors
 from gaitopt.plot.comparison_figure import TERMS
-from gaitopt.plot.style import BODY, CONE, FORCE, MODE_FILL, area_color, leg_color, line_style
+from gaitopt.plot.literal_text import show_minus
+from gaitopt.plot.style import BODY, CONE, FORCE, LINES, MODE_FILL, area_color, leg_color, line_style
 from gaitopt.plot.sweep_figure import find_lowest
+from gaitopt.report.chart import COLOURS
 from gaitopt.stability.recovery import Recovery
 from gaitopt.study import RobustnessMargins, RobustnessRecord
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits
@@ -138,7 +142,7 @@ def test_the_legend_of_a_sweep_names_the_objective_and_the_points_without_a_gait
     if name:
         table["objective"].attrs["name"] = name
     texts = [text.get_text() for legend in plot_sweep(table).legends for text in legend.get_texts()]
-    assert texts == [*SEQUENCES, label, "no gait"]
+    assert texts == [*map(show_minus, SEQUENCES), label, "no gait"]
     table["peak_torque"][0, 2] = np.nan  # of a solved gait
     texts = [text.get_text() for legend in plot_sweep(table, quantity="peak_torque").legends for text in legend.texts]
     assert texts[-1] == "no value"
@@ -191,7 +195,7 @@ def test_a_basin_has_a_colour_for_each_ending(results):
 
 def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_ways):
     costs = plot_ranking(results["ranking"]).axes[0]
-    assert next(text.get_text() for text in costs.texts).startswith(str(slipping_both_ways.sequence))
+    assert next(text.get_text() for text in costs.texts).startswith(show_minus(str(slipping_both_ways.sequence)))
     modes = plot_ranking(results["ranking of several contacts"]).axes[1]
     assert sum(patch.get_width() for patch in modes.patches) == pytest.approx(100)
     assert modes.get_xlabel() == "fraction of the step [%]"
@@ -294,9 +298,34 @@ def test_legs_contact_modes_and_forces_differ_without_green_cones():
         assert min(gaps) > 0.2, gaps
 
 
+def test_colours_of_lines_differ_from_those_of_slip():
+    slips = [MODE_FILL[mode] for mode in (Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)]
+    lines = [line_style(number)["color"] for number in range(len(LINES))]
+    assert len(set(lines)) == len(LINES)
+    for seen in (simulate_deuteranopia, lambda color: np.array(to_rgb(color))):
+        gaps = [np.linalg.norm(seen(line) - seen(slip)) for line in lines for slip in slips]
+        assert min(gaps) > 0.15, gaps
+
+
+def test_colours_of_lines_in_pages_differ_from_those_of_slip():
+    light, dark, *_ = (ROOT / "gaitopt/report/assets/parts.css").read_text(encoding="utf-8").split("@media")
+    for rules in (light, light + dark):  # the dark theme overrides colours
+        colors = dict(re.findall(r"--([a-z]+(?:-\d)?): (#[0-9a-f]{6})", rules))
+        lines = [np.array(to_rgb(colors[f"line-{number}"])) for number in range(COLOURS)]
+        slips = [np.array(to_rgb(colors[name])) for name in ("forward", "backward")]
+        assert min(np.linalg.norm(line - slip) for line in lines for slip in slips) > 0.15
+
+
+@pytest.mark.parametrize("name", ["gait", "sweep", "ranking"])
+def test_contact_modes_have_a_minus_sign(results, name):
+    texts = [text.get_text() for text in plot_result(results[name]).findobj(Text)]
+    assert any("slip\N{MINUS SIGN}" in text for text in texts)
+    assert not any("slip-" in text for text in texts)
+
+
 def test_terms_of_the_cost_differ_from_the_lines_of_gaits_and_from_each_other():
     terms = [np.array(to_rgb(color)) for _, _, color, _ in TERMS]
-    lines = [np.array(to_rgb(line_style(number)["color"])) for number in range(5)]
+    lines = [np.array(to_rgb(line_style(number)["color"])) for number in range(len(LINES))]
     assert min(np.linalg.norm(term - line) for term in terms for line in lines) > 0.2
     assert min(np.linalg.norm(a - b) for i, a in enumerate(terms) for b in terms[:i]) > 0.2
 
