@@ -17,6 +17,8 @@ from gaitopt.continuation.branch_diagram import (
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import typeset_powers
+from gaitopt.plot.axis_labels import label_quantity, show_unit
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 
@@ -120,8 +122,7 @@ def plot_branches(
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
         _state_cut_radii(lower, diagram)
         figure.align_ylabels()
-        unit = "deg" if units[coordinate] == "rad" else units[coordinate]
-        upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
+        upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         if style.titled:
@@ -167,7 +168,7 @@ def _describe_changes(diagram: BranchDiagram, letters: int) -> str:
         if each.name not in ("slope", "friction", diagram.parameter)
         and not math.isclose(diagram.parameters.get(each.name, each.default), each.default, rel_tol=1e-12)
     ]
-    text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
+    text = ", ".join(typeset_powers(change).rstrip().replace(" ", NO_BREAK) for change in changes)
     if len(text) > LONGEST_CHANGES:
         return f"{len(changes)} parameters are not the defaults"
     return "\n".join(textwrap.wrap(text, letters)).replace(NO_BREAK, " ")
@@ -190,9 +191,7 @@ def angle_symbol_of(coordinate: str) -> str:
 
 
 def _parameter_label(diagram: BranchDiagram) -> str:
-    name = diagram.parameter.replace("_", " ")
-    unit = "deg" if diagram.unit == "rad" else diagram.unit
-    return name if unit in ("", "1") else f"{name} [{unit}]"
+    return label_quantity(diagram.parameter, diagram.unit)
 
 
 def _draw_branch(
