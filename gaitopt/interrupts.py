@@ -211,6 +211,33 @@ def _interrupt_main_thread() -> None:
 
 
 @contextmanager
+def interrupt_on_termination() -> Iterator[None]:
+    """Treat SIGTERM, as sent by ``kill``, ``timeout`` and batch systems, as Ctrl-C in a block.
+
+    By default SIGTERM ends a process without the end of its worker processes: their semaphores and files remain, and
+    the resource tracker of loky warns of leaked semaphores.
+
+    Examples
+    --------
+    >>> try:
+    ...     with interrupt_on_termination():
+    ...         signal.raise_signal(signal.SIGTERM)
+    ... except KeyboardInterrupt:
+    ...     "interrupted"
+    'interrupted'
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, lambda number, frame: signal.raise_signal(signal.SIGINT))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
 def block_interrupts() -> Iterator[None]:
     """Block SIGINT, so that processes and threads started in the block inherit the mask and never receive Ctrl-C."""
     if not hasattr(signal, "pthread_sigmask"):

@@ -16,7 +16,7 @@ from gaitopt.cli.command import Command, CommandGroup
 from gaitopt.cli.output import INTERRUPTED, err, print_json
 from gaitopt.cli.stored_results import Invocation, describe_interrupt
 from gaitopt.errors import GaitoptError, InputError, NoGaitError, ScriptError
-from gaitopt.interrupts import Handler, InterruptRecord, record_interrupts
+from gaitopt.interrupts import Handler, InterruptRecord, interrupt_on_termination, record_interrupts
 from gaitopt.motion.atomic import record_writes
 
 _REFUSALS = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM, errno.ELOOP, errno.ENOTDIR, errno.ENOSPC, errno.EROFS}
@@ -102,7 +102,12 @@ def main(arguments: Sequence[str] | None = None, handler: Handler | None = None)
     words = list(sys.argv[1:] if arguments is None else arguments)
     invocation, written = Invocation(), list[Path]()
     try:
-        with record_interrupts(handler) as interrupt, collect_rarely(), record_writes(written):
+        with (
+            record_interrupts(handler) as interrupt,
+            interrupt_on_termination(),
+            collect_rarely(),
+            record_writes(written),
+        ):
             status = _run(words, invocation, interrupt)
     except KeyboardInterrupt:  # between two statements of the lines above
         status = INTERRUPTED

@@ -5,6 +5,12 @@ import re
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls of terminals and of the direction of writing, and halves of characters, but not tabs and line ends."""
 
+_POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+)")
+"""Power of a unit."""
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
+"""Superscripts of the minus sign and of the digits."""
+
 
 def replace_controls(text: str) -> str:
     r"""Return a text with a question mark in place of each control character, which could change a terminal.
@@ -26,6 +32,17 @@ def format_count(number: int, noun: str, plural: str = "") -> str:
     ('1 step', '0 steps', '2 branches')
     """
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def typeset_powers(text: str) -> str:
+    """Return a text whose units have superscripts, for pages and titles of figures.
+
+    Examples
+    --------
+    >>> typeset_powers("9.81 m/s^2, 84.7 N^2 m^2 s, s^-1, 2^3")
+    '9.81 m/s², 84.7 N² m² s, s⁻¹, 2^3'
+    """
+    return _POWER.sub(lambda match: match[1].translate(_SUPERSCRIPTS), text)
 
 
 def column_name(text: str) -> str:

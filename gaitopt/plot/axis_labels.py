@@ -1,10 +1,9 @@
 """Labels of axes: names of quantities with their units; angles are shown in degrees."""
 
-import re
-
 import numpy as np
 
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import typeset_powers
 
 
 def label_quantity(name: str, unit: str) -> str:
@@ -20,14 +19,14 @@ def label_quantity(name: str, unit: str) -> str:
 
 
 def show_unit(unit: str) -> str:
-    r"""Return a unit as figures show it: deg for rad, and powers as superscripts.
+    """Return a unit as figures show it: deg for rad, and powers as superscripts.
 
     Examples
     --------
     >>> show_unit("rad"), show_unit("N^2 m^2 s")
-    ('deg', 'N$^{2}$ m$^{2}$ s')
+    ('deg', 'N² m² s')
     """
-    return "deg" if unit == "rad" else re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
+    return "deg" if unit == "rad" else typeset_powers(unit)
 
 
 def in_shown_unit(values: Array, unit: str) -> Array:

@@ -17,7 +17,7 @@ from gaitopt.continuation.branch_diagram import (
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
-from gaitopt.plot.axis_labels import show_unit
+from gaitopt.plot.axis_labels import label_quantity, show_unit
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.radius_curves import interpolate_radii
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
@@ -123,8 +123,7 @@ def plot_branches(
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
         _state_cut_radii(lower, diagram)
         figure.align_ylabels()
-        unit = "deg" if units[coordinate] == "rad" else units[coordinate]
-        upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{unit}]")
+        upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
         handles, labels = _legend(upper, colors)
         add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         if style.titled:
@@ -198,9 +197,7 @@ def angle_symbol_of(coordinate: str) -> str:
 
 
 def _parameter_label(diagram: BranchDiagram) -> str:
-    name = diagram.parameter.replace("_", " ")
-    unit = "deg" if diagram.unit == "rad" else diagram.unit
-    return name if unit in ("", "1") else f"{name} [{unit}]"
+    return label_quantity(diagram.parameter, diagram.unit)
 
 
 def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:

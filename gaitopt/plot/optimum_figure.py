@@ -74,8 +74,7 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
             for axes in (upper, lower):
                 axes.axvline(value, label=BORDER, **style.limit_line)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are points that are not minima
-        name, unit = diagram.parameter.replace("_", " "), "deg" if angular else diagram.unit
-        label = name if unit in ("", "1") else f"{name} [{unit}]"
+        label = label_quantity(diagram.parameter, diagram.unit)
         lower.set(ylabel="spectral radius", xlabel=label, ylim=(0, find_top(lower)))
         objective = OBJECTIVES.get(diagram.objective)
         upper.set_ylabel(label_quantity(diagram.objective, objective.unit if objective else ""))

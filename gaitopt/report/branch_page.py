@@ -22,6 +22,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import typeset_powers
 from gaitopt.report.balance import spell_complex
 from gaitopt.report.chart import COLOURS, Chart, Curve
 from gaitopt.report.markup import Element, element, points, table, to_html
@@ -173,12 +174,12 @@ def _make_chart(diagram: BranchDiagram, coordinate: str) -> Chart:
         for number, branch in enumerate(known)
         for row in _heights(branch, coordinate)
     ]
-    axis = "deg" if diagram.unit == "rad" else diagram.unit
+    axis = "deg" if diagram.unit == "rad" else typeset_powers(diagram.unit)
     name = diagram.parameter.replace("_", " ")
     return Chart(
         title=f"{coordinate} over {diagram.parameter}",
         x_label=name if axis in ("", "1") else f"{name} [{axis}]",
-        y_label=f"{coordinate.replace('_', ' ')} [{'deg' if unit == 'rad' else unit}]",
+        y_label=f"{coordinate.replace('_', ' ')} [{'deg' if unit == 'rad' else typeset_powers(unit)}]",
         unit="",
         lines=lines,
         closed=True,

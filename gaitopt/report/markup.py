@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 from xml.etree import ElementTree
 
-from gaitopt.motion.printable import replace_controls
+from gaitopt.motion.printable import replace_controls, typeset_powers
 
 Element = ElementTree.Element
 Content = Element | str | None
@@ -61,6 +61,8 @@ def data_element(data: Any, **attributes: object) -> Element:
 def table(rows: Sequence[Sequence[str]], head: Sequence[str] = (), *, name: str) -> Element:
     """Return a table whose first column names the rows, in a box that scrolls if it is too wide.
 
+    Powers of units, as in ``m/s^2``, are typeset as superscripts.
+
     Parameters
     ----------
     rows : sequence of sequences of str
@@ -70,9 +72,10 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = (), *, name: str)
         Label for screen readers.
     """
     cells = [
-        element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows
+        element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:]))
+        for row in (tuple(map(typeset_powers, row)) for row in rows)
     ]
-    titles = [element("th", title, scope="col") if title else element("td") for title in head]
+    titles = [element("th", title, scope="col") if title else element("td") for title in map(typeset_powers, head)]
     top = element("thead", element("tr", *titles)) if head else None
     filled = element("table", top, element("tbody", *cells))
     return element("div", filled, class_="scrolls", role="group", tabindex=0, aria_label=name)

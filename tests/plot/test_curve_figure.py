@@ -120,10 +120,15 @@ def test_the_title_of_branches_states_changed_parameters(diagram):
     default = {each.name: each.default for each in compass_biped().parameters}
     titles = [
         plot_branches(replace(diagram, parameters=diagram.parameters | default | changes)).axes[0].get_title(loc="left")
-        for changes in ({"friction": math.inf}, {"friction": math.inf, "hip_mass": 14.0, "leg_length": 0.9})
+        for changes in (
+            {"friction": math.inf},
+            {"friction": math.inf, "hip_mass": 14.0, "leg_length": 0.9},
+            {"friction": math.inf, "gravity": 1.62},
+        )
     ]
     assert titles[0] == "compass biped, infinite friction"
     assert titles[1] == "compass biped, infinite friction\nleg length 0.9 m, hip mass 14 kg"
+    assert titles[2] == "compass biped, infinite friction\ngravity 1.62 m/s\N{SUPERSCRIPT TWO}"
     lines = plot_branches(diagram).axes[0].get_title(loc="left").splitlines()
     assert (len(lines), max(map(len, lines)) <= 58) == (3, True)
     assert "leg mass 5 kg" in lines[1]
