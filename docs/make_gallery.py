@@ -100,7 +100,7 @@ def draw_thumbnail(motion, path):
 
 def reduce_colors(image, count):
     """Return an image with a palette that contains rare colours too, such as that of the mark of a slipping foot."""
-    return image.convert("RGB").quantize(count, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    return image.convert("RGB").quantize(count, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
 
 
 def reduce_figure(source, target):

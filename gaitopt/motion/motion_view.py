@@ -268,6 +268,11 @@ class MotionView(LazyRecord):
         """Numbers of the feet with a slide coordinate that are on the ground at some time."""
         return tuple(foot for foot in self.loaded if self.contacts[foot].slides)
 
+    @property
+    def cone_feet(self) -> tuple[int, ...]:
+        """Numbers of the feet whose friction cone is drawn: on ground of infinite friction it is the half plane."""
+        return self.sliding if np.isfinite(self.parameters["friction"]) else ()
+
     def is_flight(self, phase: PhaseView) -> bool:
         """Return whether no foot is on the ground in a phase."""
         return all(phase.modes[foot] is Mode.FREE for foot in self.feet)

@@ -68,3 +68,17 @@ def comment_line(line: str) -> str:
     for begin, separate in (("*/", "* /"), ("/*", "/ *"), ("\n", " "), ("??/", "?? /")):
         line = line.replace(begin, separate)
     return replace_controls(line).rstrip("\\")
+
+
+_BACKWARD = re.compile(r"\bslip-(?!\w)")
+
+
+def show_minus(text: str) -> str:
+    """Return a text whose contact modes have a minus sign in place of the hyphen of files and commands.
+
+    Examples
+    --------
+    >>> show_minus("slip- stick | slip-")
+    'slip− stick | slip−'
+    """
+    return _BACKWARD.sub("slip\N{MINUS SIGN}", text)

@@ -52,7 +52,7 @@ def draw_contact_forces(
         if foot not in view.loaded or phase.modes[foot] is Mode.FREE:
             continue
         place = phase.places[:, foot, sample] + np.array([shift, 0.0])
-        if np.isfinite(friction):
+        if foot in view.cone_feet:
             edge = _cone_edge(friction, unit)
             corners = np.column_stack([place, place + edge * [-1, 1], place + edge])
             axes.fill(*tilt(corners, slope), zorder=1, **CONE_FACE)
@@ -65,11 +65,10 @@ def find_cone_ends(view: MotionView, phase: PhaseView, sample: int, *, height: f
 
     They are infinite, the left end above the right one, if there is no cone.
     """
-    friction = view.parameters["friction"]
-    if not np.isfinite(friction):
+    feet = [foot for foot in view.cone_feet if phase.modes[foot] is not Mode.FREE]
+    if not feet:
         return np.inf, -np.inf
-    feet = [foot for foot in view.feet if foot in view.loaded and phase.modes[foot] is not Mode.FREE]
-    places, width = phase.places[0, feet, sample], _cone_edge(friction, LENGTH * height)[0]
+    places, width = phase.places[0, feet, sample], _cone_edge(view.parameters["friction"], LENGTH * height)[0]
     return float(np.min(places - width, initial=np.inf)), float(np.max(places + width, initial=-np.inf))
 
 

@@ -312,7 +312,7 @@ def _row_heights(rows: Rows, view: MotionView) -> list[float]:
 
 
 def _split_label(label: str) -> str:
-    """Return the label of an axis with its unit, or its last formula, on a line of its own.
+    """Return the label of an axis with its unit, or its last formula, on a separate line.
 
     Examples
     --------

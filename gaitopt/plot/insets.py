@@ -10,8 +10,8 @@ from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.printable import show_minus
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.literal_text import show_minus
 from gaitopt.plot.style import CONE, FORCE, GROUND, MODE_FILL, MODE_INK, WARNING, leg_color
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class ForceDiagram:
         top = 1.2 * max(float(np.max(f_n / view.weight, initial=0)), 0.1)
         widest = float(np.max(np.abs(f_t / view.weight), initial=0))
         side = 1.2 * max(widest, min(friction, 1.0) * top / 1.2)
-        if np.isfinite(friction):
+        if view.cone_feet:
             axes.fill([0, -friction * top, friction * top], [0, top, top], facecolor=CONE, edgecolor="0.6")
         for segment in view.segments:
             for foot in view.loaded:
@@ -67,7 +67,7 @@ class ForceDiagram:
             (self._lines[foot],) = axes.plot([], [], color=FORCE, linewidth=2)
             (self._tips[foot],) = axes.plot([], [], "o", color=FORCE, markersize=6)
         axes.set(xlim=(-side, side), ylim=(0, top), xlabel=r"$f_t$ / weight", ylabel=r"$f_n$ / weight")
-        axes.set_title("contact force in the friction cone" if view.sliding else "contact force")
+        axes.set_title("contact force in the friction cone" if view.cone_feet else "contact force")
         axes.locator_params(nbins=5)
         self.moving: list[Artist] = [*self._lines.values(), *self._tips.values()]
 

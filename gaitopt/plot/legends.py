@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.plot.literal_text import show_minus
+from gaitopt.motion.printable import show_minus
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

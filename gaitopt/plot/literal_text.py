@@ -1,26 +1,11 @@
 """Texts in figures: invalid mathematics, as in names of users, is shown literally, contact modes with a minus sign."""
 
-import re
 from typing import TYPE_CHECKING
 
-from gaitopt.motion.printable import replace_controls
+from gaitopt.motion.printable import replace_controls, show_minus
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-_BACKWARD = re.compile(r"\bslip-(?!\w)")
-
-
-def show_minus(text: str) -> str:
-    """Return a text whose contact modes have a minus sign in place of the hyphen of files and commands.
-
-    Examples
-    --------
-    >>> show_minus("slip- stick | slip-")
-    'slip− stick | slip−'
-    """
-    return _BACKWARD.sub("slip\N{MINUS SIGN}", text)
 
 
 def finish_texts(figure: "Figure") -> None:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 LABEL_WIDTH = 0.9
 """Width of the label of a slide [inch]."""
 
+MOST_ROWS = 3
+"""Rows of labels of slides that fit below the ground."""
+
 CARETUP = 6
 """Matplotlib's marker of a triangle below a point, its tip there."""
 
@@ -71,7 +74,7 @@ class Scene:
         for foot, (dot, cone, force) in self._contacts.items():
             place, mode = tilt(frame.places[:, foot], self._slope), frame.modes[foot]
             for artist in (dot, cone, force):
-                artist.set_visible(mode is not Mode.FREE and (artist is not cone or foot in self._view.sliding))
+                artist.set_visible(mode is not Mode.FREE and (artist is not cone or foot in self._view.cone_feet))
             dot.set(xdata=place[:1], ydata=place[1:], markerfacecolor=MODE_FILL[mode])
             cone.set_xy((place[:, None] + tilt(self._wedge, self._slope)).T)
             force.set_offsets([place])
@@ -121,7 +124,7 @@ class Scene:
         self._links = [(pair, contact, axes.plot([], [], zorder=layers[contact], **leg)[0]) for pair, contact in order]
         self._add_feet(leg, layers)
         (self._joints,) = axes.plot([], [], "o", color="0.2", markerfacecolor="white", markersize=9, zorder=6)
-        half = min(np.arctan(self._friction), np.pi / 2)
+        half = np.arctan(self._friction)
         angles = np.linspace(-half, half, 24)
         length = 1.25 * WEIGHT_DRAWN * self._height
         self._wedge = np.hstack([np.zeros((2, 1)), length * np.stack([np.sin(angles), np.cos(angles)])])
@@ -130,7 +133,7 @@ class Scene:
         cones[0].set_label("friction cone")
         forces[0].set_label("contact force")
         self._impulses = ImpulseArrows(axes, self._film, self._height)
-        handles = [forces[0], *(cones[:1] if view.sliding else []), *self._impulses.handles]
+        handles = [forces[0], *(cones[:1] if view.cone_feet else []), *self._impulses.handles]
         axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.02, 1.0), fontsize=9)
         arcs = [line for lines in self._feet.values() for line in lines]
         legs = [*(line for _, _, line in self._links), *arcs, *self._spokes]
@@ -177,7 +180,7 @@ class Scene:
         style: dict[str, Any] = {"color": ink, "weight": "bold", "ha": "center", "va": "top", "fontsize": 9}
         # Where steps are too short for the labels to lie side by side, every other one goes down a line.
         row = slide.order + (slide.step % 2 if self.scale * self._film.motion.travel < LABEL_WIDTH else 0)
-        below = (0, -10 - 14 * row)
+        below = (0, -10 - 14 * (row % MOST_ROWS))
         text = self._axes.annotate("", (x, y), below, textcoords="offset points", annotation_clip=True, **style)
         self.moving += [line, pointer, text]
         return line, text

@@ -207,7 +207,7 @@ def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
         entries[motion.contacts[contact].leg] = Line2D([], [], color=color, linewidth=width)
     legs, names = [*entries.values()], [*entries]
     if motion.loaded:
-        shown = len(LABELS) if np.isfinite(motion.parameters["friction"]) else 1  # without a cone on rough ground
+        shown = len(LABELS) if motion.cone_feet else 1
         legs, names = [*legs, *force_handles()[:shown]], [*names, *LABELS[:shown]]
     if any(line.get_color() == PATCH for line in axes.lines):
         legs, names = [*legs, Line2D([], [], color=PATCH, linewidth=BAND)], [*names, "patch"]

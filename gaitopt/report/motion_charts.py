@@ -46,7 +46,7 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
         title = "Normal forces over the weight"
         charts.append(_foot_chart(view, title, "normal force / weight", view.loaded, _normal_force, ()))
     if view.sliding:
-        title = "Force ratio and friction cone"
+        title = "Force ratio and friction cone" if view.cone_feet else "Force ratio"
         charts.append(_foot_chart(view, title, "tangential / normal", view.sliding, _ratio, cone))
     if any(part.slipping for part in view.segments):  # the slide of a gait that never slips is rounding noise
         title = "Slide of the feet" if several else "Slide of the stance foot"

@@ -120,7 +120,7 @@ def _controls(last: int) -> Element:
 def _key(view: MotionView, *, impulsive: bool) -> Element:
     legs = sorted({contact for contact in view.link_contacts if contact is not None})
     names = ("one leg", "the other leg") if view.is_single_support else [view.contacts[leg].name for leg in legs]
-    parts = [("force", "contact force"), *([("cone", "friction cone")] if view.sliding else [])]
+    parts = [("force", "contact force"), *([("cone", "friction cone")] if view.cone_feet else [])]
     parts += [("impulse", "reaction to impulses of actuators")] if impulsive else []
     parts += [(role_of(view, leg), name) for leg, name in zip(legs, names, strict=False)]
     return element(

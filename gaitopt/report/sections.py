@@ -10,6 +10,7 @@ from gaitopt.motion.gait_table import Facts, tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
@@ -139,7 +140,7 @@ def _cycle_table(cycle: AnyCycle) -> Element:
     facts = [
         ("sequence", cycle.sequence),
         ("stable", f"{'yes' if cycle.stable else 'no'}: largest modulus {cycle.radius:.6g}"),
-        *((name, f"{value:.9g}") for name, value in state.items()),
+        *((name, f"{value:.9g} {_state_unit(cycle.motion, name)}".rstrip()) for name, value in state.items()),
         ("period", f"{cycle.period:.7g} s"),
         ("travel", f"{cycle.travel:.7g} m"),
         ("critical friction", describe_critical_friction(cycle.critical_friction, cycle.sequence)),
@@ -147,6 +148,15 @@ def _cycle_table(cycle: AnyCycle) -> Element:
         ("section", f"right after {cycle.section}") if isinstance(cycle, PlanarCycle) else ("engine", cycle.engine),
     ]
     return table(facts, name="Facts")
+
+
+def _state_unit(motion: AnyMotion, name: str) -> str:
+    """Return the unit of a coordinate of a section, or of a rate."""
+    view, coordinate = view_motion(motion), name.removesuffix("_rate")
+    if name == "foot_speed":
+        return "m/s"
+    unit = next((unit for unit in ("rad", "m") for _, channel in view.channels(unit) if channel.name == coordinate), "")
+    return f"{unit}/s" if unit and name != coordinate else unit
 
 
 def comparison_section(gaits: Mapping[str, AnyGait]) -> Element:

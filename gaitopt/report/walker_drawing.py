@@ -110,6 +110,7 @@ class Stage:
             for foot in segment.slipping
         ]
         cones, forces, feet = self._contacts(positions)
+        cone = ", friction cone" if self._view.cone_feet else ""
         return element(
             "svg",
             element("defs", marker),
@@ -125,7 +126,7 @@ class Stage:
             class_="stage",
             viewBox=f"0 0 {self._width} {self._height}",
             role="img",
-            aria_label="The walker with its contact force, friction cone and the marks of its slides",
+            aria_label=f"The walker with its contact force{cone} and the marks of its slides",
         )
 
     def _contacts(self, frame: dict[str, Any]) -> tuple[list[Element], list[Element], list[Element]]:
@@ -136,7 +137,7 @@ class Stage:
             at: dict[str, Any] = {"transform": f"translate({x} {y})"}
             at |= {"visibility": "hidden"} if mode == "free" else {}
             arrow = {"x1": 0, "y1": 0, "x2": along, "y2": up, "marker_end": f"url(#{self._name}-arrow)"}
-            wedge = self._wedge() if contact in self._view.sliding else ""
+            wedge = self._wedge() if contact in self._view.cone_feet else ""
             cones.append(element("polygon", class_="cone", points=wedge, **at))
             forces.append(element("line", class_="force", **at, **arrow))
             feet.append(element("circle", class_=f"foot {mode}", r=5.5, **at))
@@ -209,8 +210,8 @@ class Stage:
         return element("line", class_="ground", x1=round(x1, 1), y1=round(y1, 1), x2=round(x2, 1), y2=round(y2, 1))
 
     def _wedge(self) -> str:
-        """Return the friction cone above the origin; infinite friction allows every force upward."""
-        half = min(np.arctan(self._friction), np.pi / 2)
+        """Return the friction cone above the origin."""
+        half = np.arctan(self._friction)
         angles = np.linspace(-half, half, 16)
         rim = (
             1.25

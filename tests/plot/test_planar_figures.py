@@ -24,11 +24,11 @@ from gaitopt.model.robots.monopod import monopod
 from gaitopt.model.robots.round_foot_walker import round_foot_walker
 from gaitopt.motion.kinematic_motion import PhaseKinematics, make_kinematic_motion
 from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.printable import show_minus
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
 from gaitopt.plot.ground_line import find_profile
-from gaitopt.plot.literal_text import show_minus
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.panels import foot_style, short_slips
 from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures

@@ -11,6 +11,7 @@ from matplotlib.text import Text
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.printable import show_minus
 from gaitopt.plot import (
     plot_basin,
     plot_ranking,
@@ -22,7 +23,6 @@ from gaitopt.plot import (
 )
 from gaitopt.plot.basin_figure import ending_colors
 from gaitopt.plot.comparison_figure import TERMS
-from gaitopt.plot.literal_text import show_minus
 from gaitopt.plot.style import BODY, CONE, FORCE, LINES, MODE_FILL, area_color, leg_color, line_style
 from gaitopt.plot.sweep_figure import find_lowest
 from gaitopt.report.chart import COLOURS

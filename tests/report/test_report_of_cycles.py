@@ -1,16 +1,24 @@
 """Reports of periodic gaits that were simulated, not optimised."""
 
 import json
+import math
 import re
+from dataclasses import replace
 
 import casadi as ca
 import pytest
+from matplotlib.figure import Figure
 
 from gaitopt import InputError, PointContact, PointMass, find_cycles, rimless_wheel, write_report
 from gaitopt.cli.app import main
 from gaitopt.cli.script import call_script
 from gaitopt.model import JointStop, PlanarCoordinates, SwitchedSpring, assemble_planar
+from gaitopt.motion.animation_frames import AnimationFrames
+from gaitopt.plot.scene import Scene
 from gaitopt.report import show_in_notebook
+from gaitopt.report.motion_charts import time_charts
+from gaitopt.report.sections import cycle_card
+from gaitopt.report.walker_drawing import Stage
 from gaitopt.stability import find_planar_cycle
 from tests.conftest import ROOT
 
@@ -72,6 +80,24 @@ def test_the_command_refuses_scripts_of_optimisations(tmp_path, monkeypatch, cap
         main(["report", str(ROOT / "problems" / "monopod.py")])
     assert end.value.code == 2
     assert "'gaitopt solve' finds its gait" in " ".join(capsys.readouterr().err.split())
+
+
+def test_no_friction_cone_is_drawn_on_ground_of_infinite_friction(slipping):
+    for friction, coned in ((0.14, True), (math.inf, False)):
+        motion = replace(slipping.motion, parameters=slipping.motion.parameters | {"friction": friction})
+        film = AnimationFrames(motion, steps=1, rate=30, slow=2.0)
+        (cone,) = (part for part in Stage(film, steps=1, name="walker").draw().iter("polygon"))
+        assert bool(cone.get("points")) == coned
+        scene = Scene(Figure().add_subplot(), None, film)
+        scene.show(film.frame(0))
+        assert [cone.get_visible() for _, cone, _ in scene._contacts.values()] == [coned]
+        titles = [chart.title for chart in time_charts(motion, {})]
+        assert ("Force ratio and friction cone" in titles, "Force ratio" in titles) == (coned, not coned)
+
+
+def test_the_facts_of_a_periodic_gait_have_units(cycles):
+    facts = {row[0].text: row[1].text for row in cycle_card(cycles["wheel"]).iter("tr") if len(row) == 2}
+    assert facts["theta_rate"].endswith(" rad/s")
 
 
 def test_a_robot_without_a_drawing_is_drawn_by_its_bodies_at_its_size(tmp_path):
