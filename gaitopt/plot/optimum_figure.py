@@ -58,7 +58,7 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
     ...                       transcription=Collocation(intervals=10))
     >>> figure = plot_optima(trace_optimum(problem, {"friction": (0.25, 0.2)}))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['torque squared [N$^{2}$ m$^{2}$ s]', 'spectral radius']
+    ['torque squared [N² m² s]', 'spectral radius']
     """
     if not any(branch.values.size for branch in diagram.branches):
         raise InputError("The diagram has no branches to draw.")
