@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
-from gaitopt.plot.basin_figure import ending_colors
+from gaitopt.plot.basin_figure import ending_colors, name_ending
 from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, line_style
@@ -86,7 +86,7 @@ def _draw_shares(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
     axes.stackplot(
         values,
         table.share.values.T,
-        labels=[label.replace("_", " ") for label in labels],
+        labels=[name_ending(label) for label in labels],
         colors=[colors[label] for label in labels],
     )
     axes.set(ylabel="share of the starts", ylim=(0, 1))
