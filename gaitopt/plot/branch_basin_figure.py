@@ -1,7 +1,7 @@
 """Figure of basins along a branch: shares of the endings and sizes of fatal pushes over the parameter."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -103,7 +103,8 @@ def _draw_pushes(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
                 continue
             finite = np.where(np.isfinite(sizes), sizes, math.nan)
             label = f"{angle_symbol_of(str(name))} {SIGNS[str(side)]}"
-            axes.plot(values, finite, label=label, **{**line_style(number), "linewidth": 1.0})
+            look: dict[str, Any] = line_style(number) | {"linewidth": 1.0, "zorder": 2.5}  # visible on an equal curve
+            axes.plot(values, finite, label=label, **look)
             number += 1
     push = np.where(np.isfinite(table.push.values), table.push.values, math.nan)
     axes.plot(values, push, color="black", marker=".", clip_on=False, label="any direction")
