@@ -15,7 +15,8 @@ from scipy.interpolate import RectBivariateSpline
 
 from gaitopt import FigureStyle, load, plot_branches, plot_gait, save_figure, solve, sweep, trace, verify
 from gaitopt.cli.script import call_script
-from gaitopt.continuation import TraceOptions, trace_optimum
+from gaitopt.continuation import OptimumOptions, TraceOptions, trace_optimum
+from gaitopt.ocp import solve_steps
 from gaitopt.plot import plot_optima, plot_result
 from gaitopt.plot.style import line_style
 
@@ -42,17 +43,15 @@ def draw_gait(script):
 
 def draw_rough_floor():
     """Return the figure of steps over a rough floor, without title."""
-    gait = solve(call_script(PROBLEMS / "studies" / "compass_rough_floor.py", []))
+    gait = solve_steps(call_script(PROBLEMS / "studies" / "compass_rough_floor.py", []))
     return plot_result(gait, style=FigureStyle(titled=False))
 
 
 def draw_optima():
     """Return the costs of the optimal gaits of two contact sequences over friction."""
     problem = call_script(PROBLEMS / "compass_optima.py", [])
-    options = TraceOptions(max_points=100)
-    return plot_optima(
-        trace_optimum(problem, {"friction": (0.1, 0.25)}, sequences=["slip+ stick | slip+"], options=options)
-    )
+    options = OptimumOptions(points=100, sequences=("slip+ stick | slip+",))
+    return plot_optima(trace_optimum(problem, {"friction": (0.1, 0.25)}, options=options))
 
 
 def draw_cascade():

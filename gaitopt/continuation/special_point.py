@@ -41,7 +41,8 @@ class SpecialKind(Enum):
     @property
     def label(self) -> str:
         """Name for tables and figures."""
-        return "Neimark-Sacker" if self is SpecialKind.NEIMARK_SACKER else self.key.replace("_", " ")
+        names = {SpecialKind.NEIMARK_SACKER: "Neimark-Sacker", SpecialKind.PAINLEVE: "Painleve paradox"}
+        return names.get(self, self.key.replace("_", " "))
 
     @property
     def key(self) -> str:

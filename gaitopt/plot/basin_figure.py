@@ -86,7 +86,7 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             axes.set(xlabel=shown[0], ylabel=shown[1])
         shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
         axes.set_title(_describe_start(table), fontsize="small")
-        texts = [str(handle.get_label()).replace("_", " ") for handle in shown_handles]
+        texts = [name_ending(str(handle.get_label())) for handle in shown_handles]
         add_page_legend(figure, shown_handles, texts, columns=3, width=style.width, loc="outside upper center")
     return figure
 
@@ -125,6 +125,17 @@ def ending_colors(labels: list[str]) -> dict[str, str]:
     others = [label for label in labels if label not in {*colors, *FAILURES}]
     colors |= FAILURES | {label: f"{0.45 * (1 - number / len(others)):.2f}" for number, label in enumerate(others)}
     return {label: colors[label] for label in labels}
+
+
+def name_ending(label: str) -> str:
+    """Return the name of an ending in a legend.
+
+    Examples
+    --------
+    >>> name_ending("lift_off"), name_ending("painleve"), name_ending("slip- | stick")
+    ('lift off', 'Painleve paradox', 'slip- | stick')
+    """
+    return "Painleve paradox" if label == "painleve" else label.replace("_", " ")
 
 
 def _coordinate_label(name: str, unit: str) -> str:

@@ -1,14 +1,14 @@
 """Figure of basins along a branch: shares of the endings and sizes of fatal pushes over the parameter."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
-from gaitopt.plot.basin_figure import ending_colors
+from gaitopt.plot.basin_figure import ending_colors, name_ending
 from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import FigureStyle, line_style
@@ -86,7 +86,7 @@ def _draw_shares(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
     axes.stackplot(
         values,
         table.share.values.T,
-        labels=[label.replace("_", " ") for label in labels],
+        labels=[name_ending(label) for label in labels],
         colors=[colors[label] for label in labels],
     )
     axes.set(ylabel="share of the starts", ylim=(0, 1))
@@ -103,7 +103,8 @@ def _draw_pushes(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
                 continue
             finite = np.where(np.isfinite(sizes), sizes, math.nan)
             label = f"{angle_symbol_of(str(name))} {SIGNS[str(side)]}"
-            axes.plot(values, finite, label=label, **{**line_style(number), "linewidth": 1.0})
+            look: dict[str, Any] = line_style(number) | {"linewidth": 1.0, "zorder": 2.5}  # visible on an equal curve
+            axes.plot(values, finite, label=label, **look)
             number += 1
     push = np.where(np.isfinite(table.push.values), table.push.values, math.nan)
     axes.plot(values, push, color="black", marker=".", clip_on=False, label="any direction")

@@ -18,7 +18,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.plot.axis_labels import label_quantity, show_unit
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.radius_curves import interpolate_radii
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 
@@ -38,8 +38,18 @@ MARKERS = {
     "event_coincidence": ">",
     "joint_stop": "h",
     "scuffing": "*",
+    "sequence_change": "d",
+    "lift_off": "x",
+    "roll_over": "+",
+    "double_support": "1",
+    "painleve": "2",
+    "standing": "3",
+    "end": "4",
 }
-"""Marker of each kind of special point; ends of branches are crosses."""
+"""Marker of each kind of special point; those at which branches end consist of lines."""
+
+LINES_ONLY = ("x", "+", "1", "2", "3", "4")
+"""Markers that have no area."""
 
 MARKER, LEAST_MARKER = 5.0, 2.0
 """Sizes of the markers of gaits of one step, and of the longest periods, whose special points are close together."""
@@ -125,7 +135,8 @@ def plot_branches(
         figure.align_ylabels()
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
         handles, labels = _legend(upper, colors)
-        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        extend_page(figure, legend, style.tallest)
         if style.titled:
             upper.set_title(_title(diagram, style.width), loc="left", fontsize="medium")
     return figure
@@ -228,12 +239,13 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
         heights = factor * branch.orbit_of(point)[:, place]
         key = point.kind.key
-        fill: dict[str, Any] = {"markerfacecolor": "white"} if key in MARKERS else {}
+        marker = MARKERS.get(key, "x")
+        fill: dict[str, Any] = {} if marker in LINES_ONLY else {"markerfacecolor": "white"}
         axes.plot(
             np.full(heights.size, value),
             heights,
             linestyle="none",
-            marker=MARKERS.get(key, "x"),
+            marker=marker,
             markersize=size,
             color="0.15",
             markeredgewidth=size / MARKER,

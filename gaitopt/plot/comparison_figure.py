@@ -180,7 +180,8 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
     labelled = len(terms) <= most_labels
     for place, term in zip(places, terms, strict=True):
         total = term["absolute_work"]
-        axes.plot([place - 0.35, place + 0.35], [total, total], color="0.1", linewidth=1.2)
+        key = "total" if place == 0 and not np.isclose(total, above[0]) else "_total"
+        axes.plot([place - 0.35, place + 0.35], [total, total], color="0.1", linewidth=1.2, label=key)
         number: dict[str, Any] = {
             "textcoords": "offset points",
             "ha": "center",

@@ -7,12 +7,15 @@ from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+CODIMENSION_TWO = "codimension two"
+"""Label of the points at which curves end."""
 
 ANGLES = ("slope",)
 """Angles in files of earlier versions, which lack the units of the parameters."""
@@ -59,9 +62,12 @@ def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> 
         axes.set(xlabel=second, ylabel=first)
         handles, labels = axes.get_legend_handles_labels()
         entries = dict(zip(labels, handles, strict=True))
-        add_page_legend(
+        if CODIMENSION_TWO in entries:  # after all curves
+            entries[CODIMENSION_TWO] = entries.pop(CODIMENSION_TWO)
+        legend = add_page_legend(
             figure, list(entries.values()), list(entries), columns=1, width=style.width, loc="outside upper left"
         )
+        extend_page(figure, legend, style.tallest)
     return figure
 
 
@@ -73,7 +79,7 @@ def _draw_curve(axes: "Axes", diagram: BranchDiagram, curve: SpecialCurve, numbe
     axes.plot(second, first, label=f"{curve.kind.label}: {change}", **line)
     for place, reason in ((0, curve.begin), (-1, curve.end)):
         if is_meeting(reason):
-            axes.plot(second[place], first[place], "D", color="0.15", markersize=4.5, label="codimension two", zorder=5)
+            axes.plot(second[place], first[place], "D", color="0.15", markersize=4.5, label=CODIMENSION_TWO, zorder=5)
 
 
 def is_meeting(reason: str) -> bool:

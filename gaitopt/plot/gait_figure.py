@@ -279,6 +279,8 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         draw(axes, view)
         _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
+        if len(rows) > MOST_PANELS + 1 and name in ENLARGED:  # the longest labels
+            axes.set_ylabel(_split_label(axes.get_ylabel()))
         if name not in ENLARGED:
             lines = _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, None if row else view)
             if len(rows) > MOST_PANELS:

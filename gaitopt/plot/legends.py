@@ -19,6 +19,9 @@ LETTERS_PER_INCH = 12
 PAGE_MARGIN = 0.2
 """Width of the page that legends leave free [inch]."""
 
+INCLUDED = 0.8
+"""Height of a legend for which the height of a figure has space [inch]."""
+
 NO_BREAK = "\N{NO-BREAK SPACE}"
 MODES, LONGEST_NAME = {mode.value for mode in Mode}, 3
 """Spellings of contact modes, and largest number of words of the name of a contact before them."""
@@ -82,3 +85,17 @@ def add_page_legend(
             return legend
         legend.remove()
     return owner.legend(handles, wrapped, ncols=1, **placement)
+
+
+def extend_page(figure: "Figure", legend: "Legend", tallest: float) -> None:
+    """Extend a figure by the height of a legend outside the axes that exceeds 0.8 inch.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    legend : matplotlib.legend.Legend
+    tallest : float [inch]
+        Largest height of the figure.
+    """
+    more = legend.get_window_extent().height / figure.dpi - INCLUDED
+    figure.set_figheight(min(figure.get_figheight() + max(more, 0.0), tallest))

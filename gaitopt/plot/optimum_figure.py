@@ -12,7 +12,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
 from gaitopt.plot.axis_labels import label_quantity
 from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
@@ -80,7 +80,8 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
         upper.set_ylabel(label_quantity(diagram.objective, objective.unit if objective else ""))
         figure.align_ylabels()
         handles, labels = _legend_entries(upper, colors)
-        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        extend_page(figure, legend, style.tallest)
     return figure
 
 

@@ -133,3 +133,14 @@ def test_every_script_that_a_page_names_exists():
     }
     assert len(named) > 3
     assert not [name for name in sorted(named) if not (ROOT / name).is_file()]
+
+
+def test_every_image_has_a_script():
+    pages = [path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md")]
+    images = {name for page in pages for name in re.findall(r"images/(\w+)\.png", page)}
+    figures = set(
+        re.findall(r'^    "(\w+)": ', (ROOT / "docs/make_figures.py").read_text(encoding="utf-8"), re.MULTILINE)
+    )
+    studies = {f"study_{path.stem}" for path in (ROOT / "problems/studies").glob("*.py")}
+    assert {"compass_design", "study_compass_branches"} <= images
+    assert images <= figures | studies

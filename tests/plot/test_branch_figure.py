@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitopt import FigureStyle, load_diagram, plot_branches
+from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.plot.radius_curves import interpolate_radii
 from tests.conftest import ROOT
 from tests.plot.test_gait_figure import check_texts
@@ -97,3 +98,21 @@ def test_the_curve_of_the_radius_of_gaits_whose_state_is_constant_stays_between_
 def test_the_lower_panel_shows_a_curve_between_the_gaits(diagram):
     upper, lower = plot_branches(diagram).axes
     assert max(len(line.get_xdata()) for line in lower.lines) > 5 * max(len(line.get_xdata()) for line in upper.lines)
+
+
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_every_kind_of_special_points_has_its_marker(diagram, width):
+    first = diagram.branches[0]
+    point, places = first.special[0], np.linspace(0, first.values.size - 1, len(SpecialKind)).astype(int)
+    special = [
+        replace(point, kind=kind, value=float(first.values[k]), z=first.states[k])
+        for kind, k in zip(SpecialKind, places, strict=True)
+    ]
+    figure = plot_branches(
+        replace(diagram, branches=(replace(first, special=tuple(special)),)), style=FigureStyle(width=width)
+    )
+    (legend,) = figure.legends
+    entries = dict(zip((text.get_text() for text in legend.get_texts()), legend.legend_handles, strict=True))
+    markers = [entries[kind.label].get_marker() for kind in SpecialKind]
+    assert len(set(markers)) == len(markers)
+    check_texts(figure)
