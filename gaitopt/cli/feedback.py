@@ -17,6 +17,7 @@ from gaitopt.cli.feedback_output import (
 )
 from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
 from gaitopt.cli.options import (
+    DisturbedSteps,
     Evaluations,
     Frictions,
     GainsOutput,
@@ -35,6 +36,7 @@ from gaitopt.cli.options import (
     TorqueLimit,
     TunableLaw,
     Verbose,
+    VerificationSteps,
     Workers,
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
@@ -64,9 +66,7 @@ def tune(
     stance_angle: StanceAngle = False,
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
-    steps: Annotated[
-        int, typer.Option(min=1, max=100000, help="Maximum number of steps of a walk of the verification.")
-    ] = 30,
+    steps: VerificationSteps = 30,
     starts: PushStarts = 200,
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
@@ -167,7 +167,7 @@ def push(
     gain: GainValues = None,
     torque_limit: TorqueLimit = None,
     stance_angle: StanceAngle = False,
-    steps: Annotated[int, typer.Option(min=6, max=100000, help="Number of steps of a walk.")] = 50,
+    steps: DisturbedSteps = 50,
     starts: PushStarts = 50,
     ball: PushRadius = 0.1,
     workers: Workers = None,

@@ -43,6 +43,10 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
                 "starts": tuned.verified.starts,
                 "returned": tuned.verified.returned,
                 "push_radius": tuned.verified.radius,
+                "steps": tuned.verified.steps,
+                "tolerance": tuned.verified.tolerance,
+                "failure": tuned.verified.failure,
+                "failures": dict(tuned.verified.failures),
                 "interrupted": tuned.verified.interrupted,
             },
             "evaluations": tuned.evaluations,
@@ -91,7 +95,7 @@ def _describe_poor_recovery(tuned: "Tuning") -> str:
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
     verified = tuned.verified
-    pushes = f"some pushes of at most {verified.beyond:.2g} rad/s"
+    pushes = f"some pushes of at most {verified.beyond:.2g} rad/s{_count_failures(verified)}"
     if verified.failure == SLOW:
         return (
             f"the walks after {pushes} approach the gait, but do not return to it (within {verified.tolerance:g}) in "
@@ -106,6 +110,15 @@ def _describe_poor_recovery(tuned: "Tuning") -> str:
         "foot force or an impulse is close to the boundary of its friction cone, plan the gait with margins, such as "
         "Margins(cone=0.05, impact_cone=0.1); otherwise use another law or a larger --torque-limit"
     )
+
+
+def _count_failures(verified: "Recovery") -> str:
+    """Return how many walks do not return for which reason, in parentheses; empty if they were not counted."""
+    from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
+
+    texts = {ENDED: "end", LEFT: "lead away from the gait", SLOW: "approach it too slowly"}
+    counts = [f"{verified.failures[reason]} {text}" for reason, text in texts.items() if verified.failures.get(reason)]
+    return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
 def _verification_text(verified: "Recovery") -> str:
@@ -163,17 +176,20 @@ def endurance_facts(
     return {
         "survived": [dataclasses.asdict(each) for each in survived],
         "push_radius": ball,
-        "basin_before": recovery_facts(before),
-        "basin_after": recovery_facts(after),
+        "recovery_before": recovery_facts(before),
+        "recovery_after": recovery_facts(after),
     }
 
 
 def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
     title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
+    recovery = next((each for each in basins.values() if each is not None), None)
+    limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
+    steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
-        "survived if the walker returns to the gait, any other disturbance if it completes all steps, "
+        f"survived if the walker returns to the gait{limit}, any other disturbance if it completes {steps}, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
         "coefficient of friction in the first steps. Torque noise: standard deviation."
     )

@@ -127,6 +127,23 @@ Patch = Annotated[
         "'gaitopt push' varies the loss of friction on a patch instead.",
     ),
 ]
+VerificationSteps = Annotated[
+    int,
+    typer.Option(
+        min=1,
+        max=100000,
+        help="Maximum number of steps in which a walk of the verification must return to the gait.",
+    ),
+]
+DisturbedSteps = Annotated[
+    int,
+    typer.Option(
+        min=6,
+        max=100000,
+        help="Number of steps that a walk must complete under a disturbance other than a push; after a push it "
+        "must return to the gait in 30 steps, as in the verification of tune.",
+    ),
+]
 
 # Outputs.
 Figure = Annotated[Path | None, typer.Option("--output", "-o", metavar="PNG/PDF/SVG", help="File of the figure.")]

@@ -115,6 +115,7 @@ class RobustPlan:
             "survived": self.survived,
             "candidates": len(self.scenarios.candidates()),
             "worst": "" if self.violated is None else str(self.violated),
+            "nominal_friction": self.nominal.motion.parameters["friction"],
             "nominal_objective": self.nominal.solver.objective,
             "additional_cost": self.additional_cost,
         }

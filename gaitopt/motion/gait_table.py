@@ -41,12 +41,12 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 
         return tabulate_planar_gait(gait)
-    solver, friction = gait.solver, gait.motion.parameters["friction"]
+    solver, friction = gait.solver, _describe_friction(gait)
     facts = [
         ("status", describe_status(gait)),
         ("sequence", str(gait.sequence)),
         *_origin(gait),
-        ("robot", f"{gait.robot_name}, friction {friction:g}, objective {describe_objective(gait.problem)}"),
+        ("robot", f"{gait.robot_name}, friction {friction}, objective {describe_objective(gait.problem)}"),
         *describe_script(gait.problem),
         *describe_robust_plan(gait.problem),
     ]
@@ -266,6 +266,15 @@ def describe_script(problem: Mapping[str, Any]) -> Facts:
     return parts
 
 
+def _describe_friction(gait: Gait) -> str:
+    """Return the friction of the plan; for a robust gait, also the nominal one if it differs."""
+    friction, plan = gait.motion.parameters["friction"], gait.problem.get("robust") or {}
+    nominal = plan.get("nominal_friction", friction)
+    if nominal == friction:
+        return f"{friction:g}"
+    return f"{friction:g} (the lowest of the added scenarios, for which the gait is planned; nominal {nominal:g})"
+
+
 def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
     """Return the scenarios of a robust plan, how many it survives at which additional cost, and the worst one.
 
@@ -279,7 +288,7 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
         return []
     scenarios = [f"{name} {lower:g} to {upper:g}" for name, (lower, upper) in plan["ranges"].items()]
     scenarios += [f"pushes up to {plan['push']:g} rad/s"] if plan["push"] else []
-    reached = f"{plan['survived']} of {plan['candidates']} candidates survived under {plan['law']}"
+    reached = f"{plan['survived']} of {plan['candidates']} candidate scenarios survived under {plan['law']}"
     facts: Facts = [
         ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
         ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),

@@ -76,7 +76,6 @@ def _numbers(gait: PlanarGait) -> Facts:
         facts.append(
             ("friction margin", f"{round_margin(margin):.2e}, the smallest 1 - |f_t| / (mu f_n) while sticking")
         )
-    facts += _impacts(gait)
     facts += [("foot slide", f"{name} {1e3 * slide:.3f} mm") for name, slide in find_slides(gait).items()]
     facts += _depths(gait)
     return [*facts, ("energy", describe_energy(gait.energy)), ("replay", _replay(gait)), *describe_certificate(gait)]
@@ -100,8 +99,8 @@ def _depths(gait: PlanarGait) -> Facts:
         if deepest:
             text += f", and by up to {1e3 * deepest.depth:.3g} mm while it is armed"
             if not deepest.is_touchdown_from_below:
-                valid = ", so that its touchdown is valid" if deepest.lands else ""
-                text += f"; it then rises to {1e3 * deepest.rise:.3g} mm above the ground{valid}"
+                text += f"; it then rises to {1e3 * deepest.rise:.3g} mm above the ground"
+                text += ", higher than it was deep, so that its touchdown is valid" if deepest.lands else ""
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
             text += ", while it is not armed"
         facts.append(("below ground", text))
@@ -132,6 +131,7 @@ def _events(gait: PlanarGait) -> Facts:
             if max(abs(t), abs(n)) > LEAST_IMPULSE
         ]
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
+        received += "".join(f"; {landing}" for landing in _describe_landings(gait, event))
         if not event.is_impact and any(name.endswith(" closes") for name in event.names):
             received = "; without impulse"
         facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
@@ -156,19 +156,18 @@ def _actuator_impulses(gait: PlanarGait, event: PlanarEvent) -> Facts:
     ]
 
 
-def _impacts(gait: PlanarGait) -> Facts:
-    """Return mode and ratio Lambda_t / Lambda_n of the impulses at each impact; the contacts of a body share one."""
-    entries, facts = gait.motion.contact_entries, Facts()
-    for event in gait.motion.events:
-        bodies: dict[str, list[int]] = {}
-        for i, entry in enumerate(entries):
-            if entry.slides and event.impulse[i, 1] > LEAST_IMPULSE:
-                bodies.setdefault(entry.body, []).append(i)
-        for members in bodies.values():
-            tangential, normal = event.impulse[members].sum(axis=0)
-            names, mode = " + ".join(entries[i].name for i in members), (event.outcome or event.after).modes[members[0]]
-            facts.append(("impact", f"{names} {mode[1].value}, impulse ratio {tangential / normal:+.4f}"))
-    return facts
+def _describe_landings(gait: PlanarGait, event: PlanarEvent) -> list[str]:
+    """Return mode and ratio Lambda_t / Lambda_n of the impulses at an impact; the contacts of a body share one."""
+    entries, bodies = gait.motion.contact_entries, dict[str, list[int]]()
+    for i, entry in enumerate(entries):
+        if entry.slides and event.impulse[i, 1] > LEAST_IMPULSE:
+            bodies.setdefault(entry.body, []).append(i)
+    texts, modes = [], (event.outcome or event.after).modes
+    for members in bodies.values():
+        tangential, normal = event.impulse[members].sum(axis=0)
+        names = " + ".join(entries[i].name for i in members)
+        texts.append(f"{names} {modes[members[0]][1].value}, impulse ratio {tangential / normal:+.4f}")
+    return texts
 
 
 def _replay(gait: PlanarGait) -> str:

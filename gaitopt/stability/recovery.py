@@ -1,8 +1,9 @@
 """Recovery of periodic gaits from pushes, tested in the event-driven simulator."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from dataclasses import field as entry
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
-from gaitopt.stability.unreturned_walk import classify_unreturned_walk
+from gaitopt.stability.unreturned_walk import classify_unreturned_walk, summarise_failures
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
@@ -64,9 +65,12 @@ class Recovery:
     interrupted : bool
         Whether the search for the largest ball was interrupted; all starts of the ball of this radius were tested.
     failure : str
-        In a search whose largest ball contains negligible pushes only: the reason for which a start of the ball of
-        radius `beyond` did not return, ``"ended"`` if its walk ended, ``"left"`` if its distance from the gait did not
-        decrease, ``"slow"`` if it decreased, so that more steps are needed; otherwise empty.
+        In a search whose largest ball contains negligible pushes only: the reason for which starts of the ball of
+        radius `beyond` did not return, ``"slow"`` if all of them approached the gait, so that more steps are needed,
+        otherwise the more frequent one of ``"ended"`` and ``"left"``; empty in any other search.
+    failures : dict of str to int
+        Number of these starts by reason: ``"ended"`` if the walk ended, ``"left"`` if its distance from the gait did
+        not decrease, ``"slow"`` if it decreased.
 
     Examples
     --------
@@ -83,6 +87,7 @@ class Recovery:
     beyond: float = math.inf
     interrupted: bool = False
     failure: str = ""
+    failures: Mapping[str, int] = entry(default_factory=dict)
 
     @property
     def complete(self) -> bool:
@@ -210,7 +215,7 @@ def find_largest_recovery(
     if not cycle.stable:
         return replace(best, beyond=0.0)
     lower, upper, beyond = 0.0, test.largest, math.inf
-    radius, walk, unreturned = test.largest * FIRST_BALL, make_pushed_walk(walker, cycle), None
+    radius, walk = test.largest * FIRST_BALL, make_pushed_walk(walker, cycle)
     while (math.isinf(beyond) or upper - lower > test.resolution * upper) and upper > 1e-6:
         settling = []
         for push in draw_from_ball(walk.spread, test):
@@ -220,7 +225,7 @@ def find_largest_recovery(
             if observer is not None:
                 observer(VerificationStep(radius, len(settling), test.starts))
             if settling[-1] is None:
-                upper, beyond, unreturned = radius, radius, radius * push
+                upper, beyond = radius, radius
                 break
         else:
             lower = radius
@@ -230,9 +235,31 @@ def find_largest_recovery(
             radius = upper / 2
         if lower == test.largest:
             break
-    if unreturned is None or best.radius >= NEGLIGIBLE_PUSH:
+    if math.isinf(beyond) or best.radius >= NEGLIGIBLE_PUSH:
         return replace(best, beyond=beyond)
-    return replace(best, beyond=beyond, failure=classify_unreturned_walk(walk, unreturned, test.steps))
+    failures, complete = _count_failures(walk, beyond, test, observer, interrupt)
+    failure = summarise_failures(failures)
+    return replace(best, beyond=beyond, failure=failure, failures=failures, interrupted=not complete)
+
+
+def _count_failures(
+    walk: PushedWalk,
+    radius: float,
+    test: PushTest,
+    observer: WalkObserver | None,
+    interrupt: InterruptRecord | None,
+) -> tuple[dict[str, int], bool]:
+    """Return the number of starts of a ball that do not return, by reason, and whether all starts were tested."""
+    counts: dict[str, int] = {}
+    for number, push in enumerate(draw_from_ball(walk.spread, test), start=1):
+        if interrupt is not None and interrupt.received:
+            return counts, False
+        if _count_settling_steps(walk, radius * push, test) is None:
+            reason = classify_unreturned_walk(walk, radius * push, test.steps)
+            counts[reason] = counts.get(reason, 0) + 1
+        if observer is not None:
+            observer(VerificationStep(radius, number, test.starts))
+    return counts, True
 
 
 def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:

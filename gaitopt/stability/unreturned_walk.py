@@ -1,5 +1,7 @@
 """Reason for which a walk after a push does not return to its gait."""
 
+from collections.abc import Mapping
+
 from gaitopt.motion.motion import Array
 from gaitopt.stability.pushed_walk import PushedWalk
 
@@ -30,3 +32,16 @@ def classify_unreturned_walk(walk: PushedWalk, push: Array, steps: int) -> str:
     if half == 0:  # one distance has no trend
         return SLOW
     return SLOW if max(distances[half:]) < max(distances[:half]) else LEFT
+
+
+def summarise_failures(counts: Mapping[str, int]) -> str:
+    """Return SLOW if all walks need more steps, otherwise the more frequent one of ENDED and LEFT; empty without walks.
+
+    Examples
+    --------
+    >>> summarise_failures({"slow": 9, "ended": 1}), summarise_failures({"slow": 9}), summarise_failures({})
+    ('ended', 'slow', '')
+    """
+    if counts.get(ENDED) or counts.get(LEFT):
+        return ENDED if counts.get(ENDED, 0) >= counts.get(LEFT, 0) else LEFT
+    return SLOW if counts.get(SLOW) else ""

@@ -78,7 +78,9 @@ def test_tune_prints_what_was_found(capsys):
     assert facts["verified"]["returned"] == facts["verified"]["starts"] == 2
     assert facts["verified"]["push_radius"] > 0
     assert list(facts) == KEYS
-    assert set(facts["verified"]) == {"starts", "returned", "push_radius", "interrupted"}
+    numbers = {"starts", "returned", "push_radius", "steps", "tolerance"}
+    assert set(facts["verified"]) == numbers | {"failure", "failures", "interrupted"}
+    assert facts["verified"]["steps"] == 30
 
 
 def test_a_gait_that_cannot_be_held_is_reported(capsys):
@@ -91,7 +93,8 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     assert (facts["radius_after"], facts["multipliers"], facts["fixed_point_shift"]) == ("inf", [], None)
     assert (facts["worse_than_open_loop"], facts["sequence"]) == (True, "")
     assert facts["planned_sequence"] == "slip+ stick | slip+"
-    assert facts["verified"] == {"starts": 1, "returned": 0, "push_radius": 0.0, "interrupted": False}
+    counts = {"starts": 1, "returned": 0, "push_radius": 0.0, "steps": 30, "tolerance": 1e-4}
+    assert facts["verified"] == counts | {"failure": "", "failures": {}, "interrupted": False}
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])

@@ -123,6 +123,15 @@ def test_the_warning_states_the_outcome_of_the_walks(slip_gait, failure, outcome
     assert "--steps" not in text
 
 
+def test_the_warning_counts_the_walks_by_reason(slip_gait):
+    counted = {"radius": 0.004, "beyond": 0.0042, "failure": "ended", "failures": {"slow": 3, "ended": 2}}
+    tuned = tuning(slip_gait, **counted)
+    text = feedback_output._describe_poor_recovery(tuned)
+    assert "rad/s (of 200 walks, 2 end, 3 approach it too slowly) already end the walk" in text
+    verified = feedback_output.tuning_facts(tuned)["verified"]
+    assert (verified["failure"], verified["failures"], verified["steps"]) == ("ended", counted["failures"], 30)
+
+
 def test_walks_with_too_few_steps_are_distinguished_from_walks_that_leave_the_gait(slip_gait):
     tuned = tuning(slip_gait, radius=0.004, beyond=0.0042, failure="slow")
     text = feedback_output._describe_poor_recovery(tuned)

@@ -20,6 +20,7 @@ from gaitopt import (
 from gaitopt.design import RobustProblem, Scenario, Scenarios, check_scenarios, robust_plan, solve_scenarios
 from gaitopt.design.scenario_test import Walk, worst_walk
 from gaitopt.errors import NoGaitError
+from gaitopt.motion.gait_table import tabulate_gait
 
 SCENARIOS = Scenarios(ranges={"friction": (0.1, 0.2)}, push=0.1)
 QUICK = GainSearchOptions(samples=0, starts=1, evaluations=4)
@@ -52,6 +53,13 @@ def test_the_worst_scenario_is_the_lowest_friction_and_none_is_violated(plan):
 
 
 @pytest.mark.slow
+def test_the_table_states_the_friction_of_the_plan_and_the_nominal_one(plan):
+    facts = dict(tabulate_gait(plan.recorded_gait()))
+    friction = "friction 0.1 (the lowest of the added scenarios, for which the gait is planned; nominal 0.15)"
+    assert friction in facts["robot"]
+    assert "candidate scenarios survived" in facts["robustness"]
+
+
 def test_unseen_scenarios_are_survived_by_the_plan_and_not_by_the_nominal_optimum(plan):
     robust = check_scenarios(plan.gait, plan.law, SCENARIOS, count=12)
     assert (robust.survived, robust.recovered, robust.failures) == (12, 12, ())

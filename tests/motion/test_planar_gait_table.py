@@ -11,7 +11,8 @@ from tests.ocp.multicontact_examples import roll_off, walk
 
 
 def impacts_of(gait):
-    return [text for name, text in tabulate_planar_gait(gait) if name == "impact"]
+    events = [text.split("; ") for name, text in tabulate_planar_gait(gait) if name == "event"]
+    return [part for parts in events for part in parts if "impulse ratio" in part]
 
 
 def impulses_of(gait, members):

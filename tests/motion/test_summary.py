@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Status
+from gaitopt import InputError, Status, load
 from gaitopt.motion import Conflict, Violation, summarise
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait_table import describe_energy, tabulate_gait
@@ -107,3 +107,10 @@ def test_the_status_of_an_inaccurate_plan_does_not_contradict_its_replay(slip_ga
 def test_an_energy_that_is_rounded_to_zero_has_no_sign():
     energy = Ledger(actuator=1.0, gravity=-1e-9, impact_loss=1.0, friction_loss=-1e-9, kinetic_change=0.0)
     assert "-0.0" not in describe_energy(energy)
+
+
+def test_the_impulse_of_an_impact_its_mode_and_its_ratio_are_in_the_row_of_the_event():
+    facts = tabulate_gait(load("docs/examples/heel_toe.h5"))
+    events = [text for name, text in facts if name == "event"]
+    assert events[1].endswith("impulse heel b (-0.909, 4.885) N s; heel b stick, impulse ratio -0.1861")
+    assert "impact" not in {name for name, _ in facts}

@@ -11,7 +11,7 @@ from gaitopt import InputError, PushTest, assess_stability, compass_biped, feedf
 from gaitopt.simulation import StepLimits, default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability import recovery
-from gaitopt.stability.recovery import find_largest_recovery, measure_recovery
+from gaitopt.stability.recovery import draw_from_ball, find_largest_recovery, measure_recovery
 from gaitopt.stability.unreturned_walk import classify_unreturned_walk
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)
@@ -126,5 +126,26 @@ def test_a_walk_that_needs_more_steps_returns_within_them(open_loop):
     found = find_largest_recovery(*open_loop, few)
     assert found.radius < recovery.NEGLIGIBLE_PUSH
     assert found.failure == "slow"
+    assert 0 < found.failures["slow"] <= TEST.starts
+    assert set(found.failures) == {"slow"}
     assert measure_recovery(*open_loop, found.beyond, TEST).complete
     assert find_largest_recovery(*open_loop, TEST).failure == ""
+
+
+def test_all_walks_of_the_smallest_ball_without_recovery_are_classified(open_loop, monkeypatch):
+    """After small pushes the walk returns in one step, after larger ones it
+    approaches the gait too slowly, and the largest ones end it."""
+    slow, end = 3.2e-4, 4e-4
+
+    def take_step(state):
+        return None if abs(state) > end else 0.0 if abs(state) <= 0.99 * slow else 0.999 * state
+
+    walk = SimpleNamespace(spread=np.eye(1), begin=lambda push: push[0], take_step=take_step, distance=abs)
+    monkeypatch.setattr(recovery, "make_pushed_walk", lambda walker, cycle: walk)
+    test = attrs.evolve(TEST, starts=40, steps=5, largest=0.01, resolution=0.9, tolerance=1e-9)
+    found = find_largest_recovery(*open_loop, test)
+    sizes = [abs(found.beyond * push[0]) for push in draw_from_ball(np.eye(1), test)]
+    ended, slowed = sum(size > end for size in sizes), sum(slow < size <= end for size in sizes)
+    assert min(ended, slowed) > 1
+    assert found.failures == {"ended": ended, "slow": slowed}
+    assert found.failure == "ended"
