@@ -36,7 +36,7 @@ ON_BOUNDARY, LARGEST_JUMP = 1e-11, 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class _StateConditions:
+class _SeparatedTorque:
     """A torque as a function of its comparisons: their differences, and the torque for given results.
 
     Attributes
@@ -92,7 +92,7 @@ def has_continuous_conditions(function: ca.Function) -> bool:
 
 
 def _is_continuous_at(
-    function: ca.Function, conditions: _StateConditions, number: int, other: int, rng: np.random.Generator
+    function: ca.Function, conditions: _SeparatedTorque, number: int, other: int, rng: np.random.Generator
 ) -> bool:
     """Return whether the torque is continuous at a boundary, close to another boundary if that is a different one."""
     points = 0
@@ -115,7 +115,7 @@ def _is_continuous_at(
     return other != number or points >= LEAST_SAMPLES  # two boundaries need not meet
 
 
-def _find_boundary(conditions: _StateConditions, inputs: list[Any], targets: dict[int, float]) -> Vector | None:
+def _find_boundary(conditions: _SeparatedTorque, inputs: list[Any], targets: dict[int, float]) -> Vector | None:
     """Change the state of the inputs until some differences have their targets; return all differences, or None."""
     rows, sizes = list(targets), [inputs[i].shape[0] for i in STATE_INPUTS]
     wanted = np.array([*targets.values()])
@@ -133,23 +133,23 @@ def _find_boundary(conditions: _StateConditions, inputs: list[Any], targets: dic
     return None
 
 
-def _separate_conditions(function: ca.Function) -> _StateConditions | None:
+def _separate_conditions(function: ca.Function) -> _SeparatedTorque | None:
     """Return the comparisons of the state in a torque; None if a jump of the torque has another reason."""
     inputs = [ca.SX.sym(f"input_{i}", *function.size_in(i)) for i in range(function.n_in())]
-    replay = _Replay(function, inputs)
+    replay = _TorqueReplay(function, inputs)
     if not replay.succeeded or not replay.compared:
         return None
     state = ca.vertcat(*[inputs[i] for i in STATE_INPUTS])
     pairs = ca.vertcat(*[ca.horzcat(one - other, one, other) for one, other in replay.compared])
     jacobian = ca.jacobian(pairs[:, 0], state)
-    return _StateConditions(
+    return _SeparatedTorque(
         ca.Function("differences", inputs, [ca.densify(pairs), ca.densify(jacobian)]),
         ca.Function("torque", [*inputs, ca.vertcat(*replay.results)], [replay.output]),
         tuple(replay.codes),
     )
 
 
-class _Replay:
+class _TorqueReplay:
     """The instructions of a torque with a symbol for the result of each comparison of the state."""
 
     def __init__(self, function: ca.Function, inputs: Sequence[ca.SX]) -> None:
