@@ -158,6 +158,12 @@ STATE_JUMPS = {
     "equal": (lambda q, v, t: q == 0, "a comparison of the state"),
     "different": (lambda q, v, t: ca.sin(v) != t, "a comparison of the state"),
     "if_else": (lambda q, v, t: ca.if_else(v > 0, q, t), "a comparison of the state"),
+    "far corner": (
+        lambda q, v, t: ca.if_else(ca.logic_and(q > 0, v > 30), v - 30, 0),
+        "a comparison of the state",
+    ),
+    "step in a sum": (lambda q, v, t: ca.if_else(q > 0, q, 0) + 1e-3 * (v > 0), "a comparison of the state"),
+    "unreachable": (lambda q, v, t: ca.if_else(q**2 < -1, q, t), "a comparison of the state"),
     "condition": (lambda q, v, t: ca.if_else(v, 1.0, t), "if_else with a condition on the state"),
     "not": (lambda q, v, t: ca.logic_not(v), "if_else with a condition on the state"),
     "and": (lambda q, v, t: ca.logic_and(t > 0, q), "if_else with a condition on the state"),
@@ -181,6 +187,10 @@ CONTINUOUS = {
     "fabs": lambda q, v, t: ca.fabs(v),
     "copysign": lambda q, v, t: ca.copysign(q, 1.0),
     "time": lambda q, v, t: ca.if_else(t > 0.1, q, v),
+    "positive part": lambda q, v, t: ca.if_else(q > 0, q, 0),
+    "square": lambda q, v, t: ca.if_else(v <= t, (v - t) ** 2, 0) + ca.if_else(t > 0.1, q, v),
+    "saturation": lambda q, v, t: ca.if_else(q > 1, 1, ca.if_else(q < -1, -1, q)),
+    "product": lambda q, v, t: ca.if_else(ca.logic_and(q > 0, v > 30), q * (v - 30), 0),
     "wave": lambda q, v, t: ca.fmod(t, 0.1) * q,
 }
 

@@ -77,7 +77,7 @@ def test_a_plan_is_followed_through_all_its_phases(gait, transcription):
 def test_a_coarse_plan_is_refined_until_it_holds_between_nodes(reference_problem):
     coarse = {tolerance: solve(_coarse(reference_problem, tolerance)) for tolerance in (np.inf, 1e-8)}
     assert all(gait.status is Status.SOLVED for gait in coarse.values())
-    assert coarse[np.inf].problem["transcription"] == "multiple shooting, 1 substeps"
+    assert coarse[np.inf].problem["transcription"] == "multiple shooting, 1 substep"
     assert coarse[np.inf].solver.error_between_nodes > 1e-8
     assert int(coarse[1e-8].problem["transcription"].split()[2]) > 1
     assert coarse[1e-8].solver.error_between_nodes <= 1e-8

@@ -56,7 +56,8 @@ def _find_method(problem: GaitProblem, gait: Gait) -> Method:
     """Return the method by which a gait was solved, with its grid."""
     solution = gait.solution
     method: Method | None = problem.transcription
-    while method is not None and method.name != gait.problem.get("transcription"):
+    recorded = str(gait.problem.get("transcription")).replace(", 1 substeps", ", 1 substep")  # of earlier versions
+    while method is not None and method.name != recorded:
         method = method.refine()
     method = problem.transcription if method is None else method
     if solution is None:

@@ -9,8 +9,9 @@ from typing import Any, NoReturn
 import casadi as ca
 import numpy as np
 
+from gaitopt.control.custom_laws.condition_continuity import STATE_INPUTS, has_continuous_conditions
 from gaitopt.control.custom_laws.law_arguments import FeedbackPlan, FeedbackState
-from gaitopt.control.signature import INPUTS, LawInputs
+from gaitopt.control.signature import LawInputs
 from gaitopt.errors import GaitoptError, InputError, suggest
 
 FORM = "the torques by actuator, such as {'hip': plan.torque['hip'] - stiffness * error}"
@@ -35,9 +36,6 @@ STATE_JUMPS = {
     ca.OP_COPYSIGN: ("copysign with the sign of the state", (1,)),
 }
 """Operations whose value jumps if an operand of these numbers depends on the state; plans apply them to the time."""
-
-STATE_INPUTS = (INPUTS.index("q"), INPUTS.index("v"))
-"""Numbers of the inputs of a law that are the state of the robot."""
 
 TorqueFunction = Callable[..., Any]
 """Function (state, plan, **gains) of a custom law."""
@@ -133,7 +131,8 @@ def check_torque_expression(name: str, inputs: LawInputs, torque: ca.SX, actuato
                 f"The torque of {actuator!r} in {name} is not a number. A function of the module math applied to an "
                 "expression gives nan: use that of casadi, such as casadi.sin."
             )
-        if jumps := [JUMPS[code] for code in codes if code in JUMPS] or _find_state_jumps(function, codes):
+        jumps = [JUMPS[code] for code in codes if code in JUMPS] or _find_state_jumps(function, codes)
+        if jumps and (jumps[0] in JUMPS.values() or not has_continuous_conditions(function)):
             raise InputError(
                 f"The torque of {actuator!r} in {name} contains {jumps[0]}, which jumps; the derivatives of a law "
                 "need a smooth torque. Use a smooth function such as casadi.tanh(x / width) in place of sign(x)."

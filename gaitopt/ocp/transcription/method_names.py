@@ -28,7 +28,7 @@ def transcription_named(name: str) -> type[Collocation | MultipleShooting]:
     Examples
     --------
     >>> transcription_named("multiple_shooting")(intervals=20).name
-    'multiple shooting, 1 substeps'
+    'multiple shooting, 1 substep'
     """
     if name not in TRANSCRIPTIONS:
         raise InputError(f"There is no transcription {name!r}. {suggest(str(name), TRANSCRIPTIONS)}")

@@ -7,6 +7,7 @@ from attrs import evolve, field, frozen
 
 from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.nlp.keys import Key
 from gaitopt.ocp.transcription.method import Method
 from gaitopt.ocp.transcription.scheme import Point, Scheme
@@ -89,7 +90,7 @@ class MultipleShooting(Method):
     @property
     def name(self) -> str:
         """Name with the number of substeps."""
-        return f"multiple shooting, {self.substeps} substeps"
+        return f"multiple shooting, {format_count(self.substeps, 'substep')}"
 
     @property
     def scheme(self) -> RungeKutta:

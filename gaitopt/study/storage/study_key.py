@@ -19,6 +19,8 @@ def study_key(problem: GaitProblem | PlanarProblem, **study: Any) -> dict[str, A
     described = problem.describe() | {"objective": repr(problem.objective)}
     for provenance in ("objective_parameters", "objective_unit", "script"):  # a comment in the script changes no study
         described.pop(provenance, None)
+    if described["transcription"].endswith(", 1 substep"):  # studies of earlier versions are resumed
+        described["transcription"] += "s"
     return {
         "problem": described,
         "physics": _digest(problem.robot),
