@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from gaitopt import Status
+from gaitopt import LinearGuess, Status
 from gaitopt.study import multistart
 from gaitopt.study.storage.failure_reason import explain_failure
 from tests.study.conftest import quick_problem
@@ -45,3 +45,11 @@ def test_an_inaccurate_plan_is_not_infeasible():
     concluded = multistart.verify_best(problem, [inaccurate])
     assert concluded.status is Status.PLAN_INACCURATE
     assert concluded.solver.conflicts == ()
+
+
+def test_a_start_that_stays_far_from_feasible_ends_early():
+    problem = quick_problem(sequence="slip+ slip- | stick", objective="cost_of_transport", friction=0.2)
+    (failure,) = multistart.solve_coarse(problem, [LinearGuess()])
+    assert failure.status is Status.ITERATION_LIMIT
+    most = multistart.START_SOLVER.fallback.max_iterations
+    assert multistart.MOST_INFEASIBLE_ITERATIONS - 1 <= failure.solver.iterations < most  # the first iterate has number 0
