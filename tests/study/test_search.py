@@ -135,7 +135,7 @@ def test_a_neighbour_that_the_gait_was_solved_from_is_not_tried_twice(monkeypatc
     neighbour = solve(quick_problem(friction=0.13))
     problem = quick_problem(sequence="slip+ stick | slip+", friction=0.13)
     tried = []
-    monkeypatch.setattr(module, "solve_coarse", lambda problem, starts: tried.append(starts) or [neighbour])
+    monkeypatch.setattr(module, "solve_coarse", lambda problem, starts, **options: tried.append(starts) or [neighbour])
     monkeypatch.setattr(module, "solve_fine", lambda problem, coarse: coarse)
     monkeypatch.setattr(module, "verify_best", lambda problem, gaits: gaits)
     for start, number in ((LinearGuess(), 1), (neighbour, 0)):
