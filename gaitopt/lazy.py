@@ -20,11 +20,14 @@ class Deferred(Generic[T]):
         Whether the function can be sent to another process, so that the value need not be evaluated before.
     begin : callable or None
         Begins work in another thread that the function waits for, so that it takes less time.
+    elsewhere : callable or None
+        Returns the value in another process, to which it can be sent; it may take longer.
     """
 
     read: Callable[[], T]
     portable: bool = False
     begin: Callable[[], None] | None = field(default=None, kw_only=True)
+    elsewhere: Callable[[], T] | None = field(default=None, kw_only=True)
 
 
 class LazyField(Generic[T]):
@@ -122,6 +125,27 @@ class LazyRecord:
         if isinstance(stored, Deferred) and stored.begin is not None:
             with ONE_AT_A_TIME:
                 stored.begin()
+
+    def postpone_evaluation(self) -> Self:
+        """Return the record that another process evaluates, as far as possible, if it is pickled before it is read.
+
+        Examples
+        --------
+        >>> @dataclass(frozen=True)
+        ... class Report(LazyRecord):
+        ...     size: LazyField[int] = LazyField()
+        >>> report = Report(size=Deferred(lambda: 1 / 0, elsewhere=int)).postpone_evaluation()
+        >>> is_evaluated(report, "size"), report.size
+        (False, 0)
+        """
+        stored = {entry.name: vars(self)[entry.name] for entry in fields(self)}  # type: ignore[arg-type]
+        return self.replace_fields(
+            **{
+                name: Deferred(value.elsewhere, portable=True)
+                for name, value in stored.items()
+                if isinstance(value, Deferred) and value.elsewhere is not None
+            }
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         return {entry.name: self._portable(entry.name) for entry in fields(self)}  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from dataclasses import FrozenInstanceError, asdict, dataclass, replace
 
 import pytest
 
-from gaitopt.lazy import Deferred, LazyField, LazyRecord
+from gaitopt.lazy import Deferred, LazyField, LazyRecord, is_evaluated
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,15 @@ def test_copies_hold_the_value(copied):
     other = copied(report)
     assert (other.size, other.name, len(calls)) == (7, "none", 1)
     assert other == Report(7, "none")
+
+
+def test_another_process_may_evaluate_a_value():
+    calls = []
+    report = Report(size=Deferred(lambda: calls.append(1), elsewhere=int), name=Deferred(lambda: "one"))
+    other = pickle.loads(pickle.dumps(report.postpone_evaluation()))
+    assert calls == []
+    assert [is_evaluated(other, name) for name in ("size", "name")] == [False, True]
+    assert (other.size, other.name) == (0, "one")
 
 
 def test_it_is_a_field_like_others():

@@ -272,6 +272,11 @@ class Gait(LazyRecord):
         """Return the gait without its certificate, which is then not evaluated when the gait is saved."""
         return self.replace_fields(certificate=None)
 
+    def postpone_evaluation(self) -> "Gait":
+        """Return the gait whose motion and report another process evaluates if it is pickled before they are read."""
+        solver = self.solver.postpone_evaluation()
+        return super().postpone_evaluation().replace_fields(solver=solver)
+
     def with_failure(
         self, status: Status, message: str, conflicts: tuple[Conflict, ...] = (), *, seconds: float = 0.0
     ) -> "Gait":

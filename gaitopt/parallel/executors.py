@@ -88,8 +88,8 @@ class LocalProcesses(TaskExecutor):
         self._pool = self._start_pool()
 
     def capacity(self) -> int:
-        """Return two tasks for each process, so that none waits for the submitting process."""
-        return 2 * self._workers
+        """Return three tasks for two processes: few wait for this process, and few precede one that others wait for."""
+        return self._workers + max(1, self._workers // 2)
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Submit a task; raises BrokenExecutor if a worker has died."""

@@ -36,6 +36,17 @@ from gaitopt.status import Status
 COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 """On the coarse grid; most feasible contact sequences converge within half of these iterations."""
 
+MOST_INFEASIBLE_ITERATIONS = 40, 20
+"""Iterations on the coarse grid after which a start ends if it is far from feasible: without a failed start before it,
+and after one.  None of 405 starts of the compass biped that converge is after the first number, and those that fail
+take half of the time; in none of 231 searches of a contact sequence did a start converge after one that failed."""
+
+START_SOLVER, RETRY_SOLVER = (
+    Newton(fallback=COARSE_SOLVER.fallback.with_patience(most, max_iterations=COARSE_SOLVER.fallback.max_iterations))
+    for most in MOST_INFEASIBLE_ITERATIONS
+)
+"""On the coarse grid from starts that may fail, because the sequence may be infeasible; the second after a failure."""
+
 FINE_SOLVER = Newton(fallback=Ipopt(max_iterations=300))
 
 CONCLUDE = Newton()
@@ -55,19 +66,41 @@ COST_RANGE, MAX_CANDIDATES = 0.02, 2
 this many that differ."""
 
 
-def solve_start(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE_SOLVER) -> Gait:
+def solve_start(
+    problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE_SOLVER, label: str | None = None
+) -> Gait:
     """Solve a problem from a guess, or warm-started from a gait of any contact sequence and grid.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    start : Gait or Guess
+    solver : Newton
+    label : str, optional
+        Origin of a gait, for the record; :func:`label_of` by default.
 
     Raises
     ------
     KeyboardInterrupt
         If the user interrupts it: the last iterate is not a result of a study.
     """
-    guess = WarmStart(start, f"a gait '{start.sequence}'") if isinstance(start, Gait) else start
+    guess = WarmStart(start, label or label_of(start)) if isinstance(start, Gait) else start
     gait = solve_from(problem, guess, solver, silent)
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return gait.without_certificate()  # its evaluation takes as long as a solve
+
+
+def label_of(gait: Gait) -> str:
+    """Return the label of a start from a gait, for the record.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> label_of(load("docs/examples/compass_slip.h5"))
+    "a gait 'slip+ stick | slip+'"
+    """
+    return f"a gait '{gait.sequence}'"
 
 
 def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
@@ -105,21 +138,28 @@ def _passive(robot: Robot, parameters: tuple[tuple[str, float], ...]) -> Motion 
         return None
 
 
-def solve_coarse(problem: GaitProblem, starts: Sequence[Gait | Guess]) -> list[Gait]:
+def solve_coarse(problem: GaitProblem, starts: Sequence[Gait | Guess], *, after_failure: bool = False) -> list[Gait]:
     """Return the solutions on a coarse grid from each start, lowest cost first; without any, the best failure.
 
-    Starts are tried in turn; if the first `MAX_FAILED_STARTS` fail, the others are omitted.
+    Starts are tried in turn, after a failure with fewer iterations; if the first `MAX_FAILED_STARTS` fail, the others
+    are omitted.
+
+    Parameters
+    ----------
+    problem : GaitProblem
+    starts : sequence of Gait or Guess
+    after_failure : bool
+        Whether other starts of the problem have failed before.
     """
     coarse = coarsen(problem)
     solved: list[Gait] = []
     failed: list[Gait] = []
+    failures = 0
     for start in starts:
-        gait = solve_start(coarse, start, COARSE_SOLVER)
+        gait = solve_start(coarse, start, RETRY_SOLVER if failures or after_failure else START_SOLVER)
         (solved if gait.status.ok else failed).append(gait)
-        if (
-            not solved
-            and sum(not other.solver.constraint_violation <= LARGE_VIOLATION for other in failed) >= MAX_FAILED_STARTS
-        ):
+        failures += not gait.status.ok and not gait.solver.constraint_violation <= LARGE_VIOLATION
+        if not solved and failures >= MAX_FAILED_STARTS:
             break
     return sorted(solved, key=objective) if solved else [best(failed)]
 
@@ -135,10 +175,14 @@ def solve_cold(problem: GaitProblem, starts: int) -> list[Gait]:
 
 
 def solve_fine(problem: GaitProblem, coarse: Sequence[Gait]) -> list[Gait]:
-    """Solve the best coarse solutions on the problem's grid, lowest cost first; a failure is returned as it is."""
+    """Solve the best coarse solutions on the problem's grid, lowest cost first; a failure is returned as it is.
+
+    The record of each gait states the start of its coarse solution.
+    """
     if not coarse[0].status.ok:
         return [coarse[0]]
-    return sorted((solve_start(problem, gait) for gait in select_candidates(coarse)), key=_rank)
+    fine = [solve_start(problem, gait, label=gait.problem["guess"]) for gait in select_candidates(coarse)]
+    return sorted(fine, key=_rank)
 
 
 def select_leading(problem: GaitProblem, coarse: Sequence[Gait]) -> Gait:

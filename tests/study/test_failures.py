@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from gaitopt import Status
+from gaitopt import LinearGuess, Status
 from gaitopt.study import multistart
 from gaitopt.study.storage.failure_reason import explain_failure
 from tests.study.conftest import quick_problem
@@ -45,3 +45,14 @@ def test_an_inaccurate_plan_is_not_infeasible():
     concluded = multistart.verify_best(problem, [inaccurate])
     assert concluded.status is Status.PLAN_INACCURATE
     assert concluded.solver.conflicts == ()
+
+
+def test_a_start_that_stays_far_from_feasible_ends_early_and_earlier_after_a_failure():
+    problem = quick_problem(sequence="slip+ slip- | stick", objective="cost_of_transport", friction=0.2)
+    iterations = []
+    for after_failure in (False, True):
+        (failure,) = multistart.solve_coarse(problem, [LinearGuess()], after_failure=after_failure)
+        assert failure.status is Status.ITERATION_LIMIT
+        iterations.append(failure.solver.iterations)
+    first, later = (most - 1 for most in multistart.MOST_INFEASIBLE_ITERATIONS)  # the first iterate has number 0
+    assert multistart.START_SOLVER.fallback.max_iterations > iterations[0] >= first > iterations[1] >= later

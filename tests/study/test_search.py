@@ -5,7 +5,19 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt import Collocation, ContactSequence, Execution, InputError, PositiveWork, load, search, solve
+from gaitopt import (
+    Collocation,
+    ContactSequence,
+    Execution,
+    InputError,
+    LinearGuess,
+    PositiveWork,
+    load,
+    search,
+    solve,
+)
+from gaitopt.study import multistart
+from gaitopt.study.sequence_search import search as module
 from gaitopt.study.sequence_search.ranking import RankedGait, judge_gait, rank_gaits, ranking_cost
 from gaitopt.study.sequence_search.search import plan_search
 from gaitopt.study.sequence_search.sequence_enumeration import enumerate_sequences
@@ -117,6 +129,22 @@ def test_longer_sequences_start_from_shorter_ones_and_all_get_a_second_look():
     assert needs["stick__stick.first"] == ()
     assert "slip+_stick__slip+.first" in needs["stick__stick"]
     assert len(needs) == 2 * 35
+
+
+def test_a_neighbour_that_the_gait_was_solved_from_is_not_tried_twice(monkeypatch):
+    neighbour = solve(quick_problem(friction=0.13))
+    problem = quick_problem(sequence="slip+ stick | slip+", friction=0.13)
+    tried = []
+    monkeypatch.setattr(module, "solve_coarse", lambda problem, starts, **options: tried.append(starts) or [neighbour])
+    monkeypatch.setattr(module, "solve_fine", lambda problem, coarse: coarse)
+    monkeypatch.setattr(module, "verify_best", lambda problem, gaits: gaits)
+    for start, number in ((LinearGuess(), 1), (neighbour, 0)):
+        first = multistart.solve_fine(problem, multistart.solve_coarse(problem, [start]))[0]
+        raised = first.replace_fields(solver=first.solver.replace_fields(objective=2 * neighbour.solver.objective))
+        gaits = module.solve_sequence(problem, (problem.sequence, 0), raised, raised, neighbour)
+        assert len(tried) == number
+        assert gaits == [raised, *[neighbour] * number]
+        tried.clear()
 
 
 def test_a_gait_in_disguise_is_merged_unless_it_is_cheaper(slip_gait):

@@ -1,6 +1,7 @@
 """What a task of a sweep solves, and what it spares itself."""
 
 import itertools
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import gaitopt.study.sweeps.sweep_task as module
 from gaitopt import Collocation, Ipopt, LinearGuess, Status
+from gaitopt.lazy import is_evaluated
 from gaitopt.ocp.solution.node_placement import distribute_nodes, find_ramps
 from gaitopt.study.multistart import objective
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint, SweepTask
@@ -53,6 +55,28 @@ def test_the_way_back_along_the_same_branch_is_spared(smooth, monkeypatch):
     assert objective(gone) == pytest.approx(objective(first), rel=1e-6)
     monkeypatch.setattr(module, "solve_start", lambda *given: pytest.fail("solved"))
     assert backward(grid, first, second) is first
+
+
+def test_a_gait_that_only_serves_others_is_sent_without_its_motion(smooth):
+    """Another process restores the motion if it is needed; what is continued from the gait is the same."""
+    grid = smooth[0]
+    first = module.solve_task(grid, SweepTask("cold", BEFORE))
+    sent = pickle.loads(pickle.dumps(module.solve_unstored_task(grid, SweepTask("cold", BEFORE))))
+    assert not is_evaluated(sent, "motion")
+    assert not is_evaluated(sent.solver, "warnings")
+    duty = SweepTask("forward", BEHIND, (("forward", BEFORE),))
+    one, other = (module.solve_task(grid, duty, gait) for gait in (first, sent))
+    assert not is_evaluated(sent, "motion")
+    for former, now in ((first, sent), (one, other)):
+        assert former.solver.objective == now.solver.objective
+        for segment, again in zip(former.motion.segments, now.motion.segments, strict=True):
+            assert np.array_equal(segment.q, again.q)
+        assert (former.solver.error_between_nodes, former.solver.warnings) == (
+            now.solver.error_between_nodes,
+            now.solver.warnings,
+        )
+    point = SweepTask("point", BEFORE, (("forward", BEFORE), ("backward", BEFORE)))
+    assert is_evaluated(pickle.loads(pickle.dumps(module.solve_unstored_task(grid, point, sent, sent))), "motion")
 
 
 def test_a_failure_is_on_no_branch(smooth):

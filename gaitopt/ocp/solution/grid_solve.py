@@ -221,6 +221,43 @@ class GridSolution:
         return self.inaccuracies + report_short_steps(*arguments) + report_short_phases(*arguments)
 
 
+@dataclass(frozen=True, eq=False)
+class PortableSolution:
+    """A solution on one grid that can be sent to another process, which transcribes its problem again.
+
+    Attributes
+    ----------
+    problem : GaitProblem
+    method : Method
+    schedule : GuardSchedule or None
+    data : (n_z,) array
+        Data of the NLP.
+    outcome : NlpResult
+    kept : bool
+        Whether this is a solution whose refinement was stopped.
+    """
+
+    problem: GaitProblem
+    method: Method
+    schedule: GuardSchedule | None
+    data: Array
+    outcome: NlpResult
+    kept: bool
+
+    @classmethod
+    def of(cls, solution: GridSolution) -> "PortableSolution":
+        """Return a solution of a closed contact sequence without its transcription."""
+        schedule = solution.transcription.structure.schedule
+        return cls(solution.problem, solution.method, schedule, solution.data, solution.outcome, solution.kept)
+
+    def restore(self) -> GridSolution:
+        """Return the solution with its transcription."""
+        with defer_interrupt():
+            transcription = transcribe_problem(self.problem, self.method, self.schedule)
+            limits = bounds(transcription, self.problem)
+        return GridSolution(self.problem, self.method, transcription, limits, self.data, self.outcome, self.kept)
+
+
 class SingleStart:
     """A solve from one start, over several grids, and its iterations and build time.
 

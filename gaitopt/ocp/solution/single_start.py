@@ -3,10 +3,12 @@
 import math
 import time
 from dataclasses import replace
+from functools import partial
 
 from gaitopt.lazy import Deferred
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import Gait, SolverReport
+from gaitopt.motion.motion import Motion
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.bounds import nlp_data
 from gaitopt.ocp.initial.initial_point import initial_point
@@ -15,7 +17,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_refinement import cost_error, cost_factor, refine_for_cost, report_cost_error
 from gaitopt.ocp.solution.diagnosis import violations
-from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
+from gaitopt.ocp.solution.grid_solve import GridSolution, PortableSolution, SingleStart
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import (
     MOST_DOUBLINGS,
@@ -101,28 +103,43 @@ def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: t
 
     transcription, outcome, problem = solution.transcription, solution.outcome, solution.problem
     unmet = violations(transcription, solution.limits, outcome.x, outcome.g)
+    portable = PortableSolution.of(solution)
     # Checks between the nodes are evaluated lazily: without a tolerance the solve has not needed them.
     return Gait(
         robot=problem.robot,
         sequence=problem.sequence,
         status=outcome.status,
-        motion=Deferred(lambda: solution.motion),
+        motion=Deferred(lambda: solution.motion, elsewhere=partial(_restore_motion, portable)),
         problem=Deferred(lambda: problem.describe() | details),
         solver=SolverReport(
             iterations=outcome.iterations,
             objective=solution.cost,
             constraint_violation=unmet[0].size if unmet else 0.0,
-            error_between_nodes=Deferred(lambda: solution.drift),
+            error_between_nodes=Deferred(lambda: solution.drift, elsewhere=partial(_restore_drift, portable)),
             build_seconds=0.0,
             solve_seconds=0.0,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=Deferred(lambda: remarks + solution.warnings()),
+            warnings=Deferred(
+                lambda: remarks + solution.warnings(), elsewhere=partial(_restore_warnings, portable, remarks)
+            ),
         ),
         versions=versions(),
         solution=solution_of(transcription, outcome),
         certificate=defer_certificate(solution),
     )
+
+
+def _restore_motion(solution: PortableSolution) -> Motion:
+    return solution.restore().motion
+
+
+def _restore_drift(solution: PortableSolution) -> float:
+    return solution.restore().drift
+
+
+def _restore_warnings(solution: PortableSolution, remarks: tuple[str, ...]) -> tuple[str, ...]:
+    return remarks + solution.restore().warnings()
 
 
 def _solve_accurately(start: SingleStart, coarsest: GridSolution | None) -> tuple[GridSolution, tuple[str, ...]]:

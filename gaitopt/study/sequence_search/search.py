@@ -18,6 +18,7 @@ from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.study.multistart import (
     default_starts,
+    label_of,
     objective,
     solve_coarse,
     solve_cold,
@@ -219,7 +220,9 @@ def solve_sequence(problem: GaitProblem, argument: tuple[ContactSequence, int], 
         gait for gait in gaits if gait.sequence != sequence and objective(gait) < (1 - SAME_COST) * objective(first)
     ]
     untried = [gait for gait in better if first.status.ok or len(gait.sequence.phases) > len(sequence.phases)]
-    again = solve_fine(problem, solve_coarse(problem, untried[:1])) if untried else []
+    again = []
+    if untried and not (first.status.ok and first.problem["guess"] == label_of(untried[0])):  # else it is found again
+        again = solve_fine(problem, solve_coarse(problem, untried[:1], after_failure=not first.status.ok))
     return verify_best(problem, [first, *again])
 
 

@@ -1,5 +1,6 @@
 """Enumeration of contact sequences: periodic ones, their neighbours, and degenerate ones."""
 
+import functools
 import itertools
 import math
 from collections.abc import Iterable, Iterator
@@ -58,6 +59,7 @@ def closed_sequences(sequences: Iterable[ContactSequence | str], purpose: str) -
     return tuple(ContactSequence.parse(sequence).require_closed(purpose).check_periodic() for sequence in candidates)
 
 
+@functools.lru_cache(maxsize=1024)
 def periodic_sequence(phases: tuple[Mode, ...], impact: Mode) -> ContactSequence | None:
     """Return the contact sequence with these phases, or None if no periodic step has them."""
     try:

@@ -20,6 +20,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
+from gaitopt.parallel.shared_payload import Work
 from gaitopt.study.gait_metrics import GaitMetric
 from gaitopt.study.sequence_search.planar_search import list_planar_sequences
 from gaitopt.study.sequence_search.sequence_enumeration import closed_sequences, enumerate_sequences
@@ -39,7 +40,7 @@ from gaitopt.study.sweeps.sweep_file import (
 )
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, axis_values, plan_sweep
 from gaitopt.study.sweeps.sweep_measures import check_measures, measure_gaits, name_measures, read_measures
-from gaitopt.study.sweeps.sweep_task import solve_task
+from gaitopt.study.sweeps.sweep_task import solve_task, solve_unstored_task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -167,7 +168,10 @@ def _solve_grid(
     """Solve the points that are not stored yet and store them, and measure all; an interrupt ends this early."""
     unsolved = [p for p in grid.points() if p not in grid.impossible and f"point-{p.name}" not in kept]
     planned = plan_sweep(grid) if unsolved else []
-    solve = solve_planar_task if isinstance(grid.problem, PlanarProblem) else solve_task
+    in_memory = not isinstance(kept, GaitStore) and (execution.workers > 1 or execution.executor is not None)
+    solve: Work = solve_unstored_task if in_memory else solve_task
+    if isinstance(grid.problem, PlanarProblem):
+        solve = solve_planar_task
     packages = functools.partial(import_packages, kept.path if isinstance(kept, GaitStore) else None)
     running = run_tasks(solve, planned, grid, known=kept, execution=execution, meanwhile=packages)
     report = collect_tasks(running, kept, planned, execution.observer)

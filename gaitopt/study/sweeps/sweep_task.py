@@ -42,6 +42,15 @@ def solve_task(grid: SweepGrid, task: SweepTask, *results: Gait | None) -> Gait:
     return _continue_best(grid, task, known, {point: gait for _, point, gait in gaits if point != task.point})
 
 
+def solve_unstored_task(grid: SweepGrid, task: SweepTask, *results: Gait | None) -> Gait:
+    """Run a task of a sweep in a worker if only the gaits of the points are stored.
+
+    Motions of the other gaits are not evaluated before they are sent: they warm-start solves by their unknowns.
+    """
+    gait = solve_task(grid, task, *results)
+    return gait.postpone_evaluation() if gait.status.ok and task.kind != "point" else gait
+
+
 def _solve_default_starts(problem: GaitProblem, starts: int) -> Gait:
     """Return the best gait from the default starts of a problem, on the grid on which gaits are continued."""
     leading = select_leading(problem, solve_coarse(problem, default_starts(problem, starts)))
