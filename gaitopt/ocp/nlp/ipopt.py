@@ -192,7 +192,6 @@ class Ipopt:
             "ipopt.sb": "yes",
             "ipopt.mu_strategy": "adaptive",
             "ipopt.obj_scaling_factor": 1 / nlp.typical,
-            "ipopt.min_refinement_steps": 0,  # Ipopt refines an inaccurate step in any case
             "error_on_fail": False,
         }
         if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
