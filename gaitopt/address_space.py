@@ -4,7 +4,6 @@ SciPy loads OpenBLAS, which tries again and again to reserve its buffers if the 
 """
 
 import errno
-import importlib.abc
 import mmap
 import sys
 
@@ -15,8 +14,11 @@ LOADED = "scipy.linalg._fblas", "scipy.special._ufuncs"
 """Modules after whose import OpenBLAS is loaded."""
 
 
-class RoomFinder(importlib.abc.MetaPathFinder):
-    """A finder that finds no module and raises MemoryError if there is no room for one that loads OpenBLAS."""
+class RoomFinder:
+    """A finder that finds no module and raises MemoryError if there is no room for one that loads OpenBLAS.
+
+    It is not derived from `importlib.abc.MetaPathFinder`, whose import takes longer than all others of this module.
+    """
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> None:
         """Return None, so that the next finder is consulted."""

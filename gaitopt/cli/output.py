@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import signal
 import sys
 from pathlib import Path
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status after Ctrl-C."""
+
+TERMINAL_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")
+"""Environment variables with which Rich treats a file or a pipe as a terminal."""
 
 
 class Output:
@@ -44,6 +48,14 @@ class Output:
         from gaitopt.cli.console import make_console
 
         return make_console(stderr=self._stderr)
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether the output is a terminal; for a file or a pipe, Rich need not be imported to know this."""
+        stream = sys.stderr if self._stderr else sys.stdout
+        if "console" in vars(self) or stream.isatty() or any(name in os.environ for name in TERMINAL_VARIABLES):
+            return self.console.is_terminal
+        return False
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print texts and tables with the options of :meth:`rich.console.Console.print`."""

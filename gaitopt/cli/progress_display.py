@@ -61,7 +61,7 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
     """
     if hidden or out.quiet:
         yield Display(text)
-    elif err.console.is_terminal:
+    elif err.is_terminal:
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
         columns: list[ProgressColumn] = [SpinnerColumn(), TextColumn("{task.description}", markup=False)]

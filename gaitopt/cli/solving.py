@@ -57,8 +57,8 @@ AFTER_THE_SOLVE = (
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
-TABLE = "gaitopt.cli.gait_output"
-"""Module of the table of a gait, which --quiet hides."""
+TABLE = ("gaitopt.cli.console", "gaitopt.cli.gait_output")
+"""Modules of the table of a gait, which --quiet hides."""
 
 
 def solve(
@@ -104,7 +104,7 @@ def solve(
         out.print(str(fit), soft_wrap=True)
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
-        gait = _solve_and_import(problem, observer, AFTER_THE_SOLVE if json or quiet else (*AFTER_THE_SOLVE, TABLE))
+        gait = _solve_and_import(problem, observer, AFTER_THE_SOLVE if json or quiet else AFTER_THE_SOLVE + TABLE)
         gait = gait.replace_fields(problem={**gait.problem, "script": gait.problem.get("script") or script})
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:

@@ -86,7 +86,7 @@ _EXEMPT: "weakref.WeakSet[Robot]" = weakref.WeakSet()
 
 
 def check_step(
-    robot: Robot, p: np.ndarray, configurations: int, rng: np.random.Generator, *, drawn: bool = False
+    robot: Robot, p: np.ndarray, configurations: int, rng: "np.random.Generator", *, drawn: bool = False
 ) -> StepCheck | None:
     """Check leg exchange and guard at random touchdown configurations.
 
@@ -144,7 +144,7 @@ class _Poses:
         self._p, self._mass, self._size = p, float(robot.mass(p)), 0.0
         self._gravity = p[robot.index("gravity")]
 
-    def sample_touchdowns(self, count: int, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
+    def sample_touchdowns(self, count: int, rng: "np.random.Generator") -> list[tuple[np.ndarray, np.ndarray]]:
         """Return at most `count` states (q, v) at which the guard falls through zero while armed.
 
         Angles are drawn near zero first, and from the whole circle if no touchdown is found near there.

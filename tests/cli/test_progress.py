@@ -1,13 +1,17 @@
 """Progress: live on a terminal, a line every half minute without one, silent with --quiet; counts are honest."""
 
 import io
+import os
 import re
+import subprocess
+import sys
 import time
 
 import pytest
 from rich.console import Console
 
 from gaitopt.cli import feedback, progress_display
+from gaitopt.cli.output import TERMINAL_VARIABLES
 from gaitopt.progress import TuningStep, VerificationStep
 
 GAIT = "docs/examples/compass_slip.h5"
@@ -97,3 +101,17 @@ def test_each_walk_of_a_verification_is_reported(command, root, monkeypatch):
     walks = [step for step in seen if isinstance(step, VerificationStep)]
     assert {step.starts for step in walks} == {2}
     assert {step.walks for step in walks} == {1, 2}
+
+
+@pytest.mark.parametrize(("variable", "imported"), [(None, False), ("FORCE_COLOR", True)])
+def test_without_a_terminal_rich_is_not_imported_for_the_display(variable, imported):
+    script = (
+        "import sys\nfrom gaitopt.cli.progress_display import show_progress\n"
+        "with show_progress('starts', hidden=False):\n    imported = 'rich.console' in sys.modules\nprint(imported)"
+    )
+    environment = {name: value for name, value in os.environ.items() if name not in TERMINAL_VARIABLES}
+    environment |= {variable: "1"} if variable else {}
+    run = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert run.stdout == f"{imported}\n"

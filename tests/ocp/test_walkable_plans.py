@@ -1,5 +1,6 @@
 """Plans that the simulator walks: what the NLP excludes, and what is refused after it."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -30,7 +31,7 @@ from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids
 from gaitopt.ocp.solution.swing_foot_checks import early_touchdown
 from gaitopt.ocp.solution.trajectory import check_between_nodes
 from gaitopt.ocp.solution.transition_checks import report_inconsistent_transitions
-from gaitopt.ocp.statement.well_posedness import allows_paradox
+from gaitopt.ocp.statement.well_posedness import POSES, _shares_of_ranges, allows_paradox
 from gaitopt.ocp.transcription.collocation import Lobatto
 from gaitopt.progress import silent
 from gaitopt.study.storage.failure_reason import explain_failure
@@ -143,6 +144,19 @@ def test_the_sliding_inertia_is_constrained_only_where_slip_allows_paradox(refer
     assert not is_limited(sequence="stick | stick", friction=0.8)
     values = reference_problem().values
     assert allows_paradox(ROBOT, values | {"leg_mass": math.nan}, [(-1.0, 1.0)] * 2, 0.0)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_poses_at_which_the_sliding_inertia_is_computed_fill_the_ranges_evenly(count):
+    shares = _shares_of_ranges(count)
+    assert shares.shape == (count, POSES)
+    edges = np.linspace(0, 1, 11)
+    for one, other in itertools.combinations_with_replacement(range(count), 2):
+        if one == other:
+            counts, expected = np.histogram(shares[one], edges)[0], POSES / 10
+        else:
+            counts, expected = np.histogram2d(shares[one], shares[other], edges[::2])[0], POSES / 25
+        assert np.all(np.abs(counts / expected - 1) < 0.3)
 
 
 def test_a_gait_keeps_the_margin_of_the_sliding_inertia(reference_problem):

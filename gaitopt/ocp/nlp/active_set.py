@@ -32,7 +32,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.factorisation_warnings import discard_warnings
 from gaitopt.ocp.nlp.ipopt import LARGE, Ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, Barrier, NlpResult, UpdateData
 from gaitopt.parameters import instance_of
 from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.status import Status
@@ -100,7 +100,7 @@ class Newton:
         bounds: Bounds,
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
-        barrier: float = 1e-6,
+        barrier: Barrier = 1e-6,
         update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""

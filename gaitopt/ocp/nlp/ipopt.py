@@ -21,7 +21,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.iteration_callback import IterationCallback
 from gaitopt.ocp.nlp.nlp import Nlp
-from gaitopt.ocp.nlp.nlp_solver import CONVERGED, NlpResult, UpdateData
+from gaitopt.ocp.nlp.nlp_solver import CONVERGED, Barrier, NlpResult, UpdateData
 from gaitopt.parameters import instance_of, number_within, positive, whole_number
 from gaitopt.progress import Observer
 from gaitopt.status import Status
@@ -140,7 +140,7 @@ class Ipopt:
         bounds: Bounds,
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
-        barrier: float = 1e-6,
+        barrier: Barrier = 1e-6,
         update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point, see :class:`gaitopt.ocp.nlp.nlp_solver.NlpSolver`."""
@@ -183,7 +183,7 @@ class Ipopt:
             multipliers=(np.asarray(answer["lam_x"]).ravel(), np.asarray(answer["lam_g"]).ravel()),
         )
 
-    def _options(self, nlp: Nlp, barrier: float | None) -> dict[str, Any]:
+    def _options(self, nlp: Nlp, barrier: Barrier | None) -> dict[str, Any]:
         options: dict[str, Any] = {
             "ipopt.tol": float(self.tolerance),
             "ipopt.max_iter": int(self.max_iterations),
@@ -196,17 +196,16 @@ class Ipopt:
         }
         if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
             options["ipopt.mumps_permuting_scaling"] = 0  # nested dissection is inaccurate with it
+            options["ipopt.mumps_scaling"] = 0  # the same iterations in 6 % less time
         if self.linear_solver == "mumps" and nlp.dissect:
             options["ipopt.mumps_pivot_order"] = METIS
         elif self.linear_solver == "mumps" and nlp.n_variables > LARGE:
             options["ipopt.mumps_pivot_order"] = APPROXIMATE_MINIMUM_FILL
         if barrier is not None:
-            kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
-            options |= {f"ipopt.warm_start_{kind}": barrier / 10 for kind in kinds}
-            options |= {
-                "ipopt.warm_start_init_point": "yes",
-                "ipopt.mu_init": barrier,
-            }
+            distance, multiplier = (barrier / 10, barrier / 10) if isinstance(barrier, float) else barrier
+            kinds = ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac")
+            options |= {f"ipopt.warm_start_{kind}": distance for kind in kinds}
+            options |= {"ipopt.warm_start_init_point": "yes", "ipopt.warm_start_mult_bound_push": multiplier}
         return options
 
 
@@ -229,7 +228,7 @@ def _lock_solves() -> Iterator[None]:
 
 
 @functools.lru_cache(maxsize=96)  # a search over sequences of up to three phases returns to about 70 NLPs
-def _compile(nlp: Nlp, options: Ipopt, barrier: float | None) -> tuple[ca.Function, IterationCallback]:
+def _compile(nlp: Nlp, options: Ipopt, barrier: Barrier | None) -> tuple[ca.Function, IterationCallback]:
     """Return the solver of an NLP and its iteration callback; built once for equal options."""
     callback = IterationCallback(nlp)
     settings = {**options._options(nlp, barrier), "iteration_callback": callback}

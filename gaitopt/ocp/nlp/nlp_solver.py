@@ -13,6 +13,10 @@ from gaitopt.status import Status
 UpdateData = Callable[[Array], Array]
 """Function from a decision vector, shape (n_variables,), to the data of the NLP near it, shape (n_z,)."""
 
+Barrier = float | tuple[float, float]
+"""Barrier parameter of a warm start, or the least distance of its variables from their bounds and the least multiplier
+of a bound; with a barrier parameter both are a tenth of it."""
+
 CONVERGED = "converged to a local optimum"
 """Message of a solved NLP, independent of the solver."""
 
@@ -57,7 +61,7 @@ class NlpSolver(Protocol):
         bounds: Bounds,
         observer: Observer,
         multipliers: tuple[Array, Array] | None = None,
-        barrier: float = 1e-6,
+        barrier: Barrier = 1e-6,
         update_data: UpdateData | None = None,
     ) -> NlpResult:
         """Solve an NLP from a starting point.
@@ -72,8 +76,9 @@ class NlpSolver(Protocol):
             Called once per iteration.
         multipliers : (n_variables,), (n_constraints,) arrays, optional
             Multipliers of a nearby solution, from which the solver is warm-started.
-        barrier : float
+        barrier : float or (float, float)
             Barrier parameter of a warm start: the expected complementarity of the initial point, scaled objective.
+            Otherwise the least distance from bounds and the least multiplier of a bound.
         update_data : callable, optional
             Data that depend on the solution, such as the sign changes of joint powers.  `data` are those of `x`; a
             solver may update them after a step, and then returns those of the result.

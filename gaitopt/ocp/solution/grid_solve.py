@@ -22,7 +22,7 @@ from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.feasibility_refinement import refine_feasibility
 from gaitopt.ocp.nlp.ipopt import LARGE
 from gaitopt.ocp.nlp.keys import Group, Unknown
-from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
+from gaitopt.ocp.nlp.nlp_solver import Barrier, NlpResult, NlpSolver
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.diagnosis import (
     report_growth,
@@ -52,6 +52,13 @@ from gaitopt.status import Status
 
 BARRIER_SAME_PROBLEM, BARRIER_NEARBY_PROBLEM = 1e-6, 1e-4
 """Barrier parameters of a warm start from the same problem on another grid, and from another problem."""
+
+BARRIER_SAME_GRID, BARRIER_COARSE_GRID = (1e-4, 1e-7), (1e-2, 1e-5)
+"""Those of a warm start on equal intervals: with other data on the same grid, and from a coarse grid.
+
+They take 15 and 25 % fewer iterations: other bounds are active, which Ipopt would leave in many small steps.  The costs
+of 100 random problems are the same or lower on equal intervals; on placed nodes some would be up to 0.1 % higher.
+"""
 
 COARSE_TOLERANCE = 1e-6
 """Tolerance of Ipopt on the coarse grids of smooth objectives."""
@@ -319,7 +326,7 @@ class SingleStart:
         )
 
     def solve_on_grid(
-        self, method: Method, warm_start: Solution | None, barrier: float, *, locate: bool = True
+        self, method: Method, warm_start: Solution | None, barrier: Barrier, *, locate: bool = True
     ) -> GridSolution:
         """Solve on one grid, from a solution or otherwise from the guess.
 

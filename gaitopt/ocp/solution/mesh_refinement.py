@@ -7,11 +7,14 @@ from dataclasses import replace
 from gaitopt.errors import InputError
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.nlp.ipopt import STOPPED
+from gaitopt.ocp.nlp.nlp_solver import Barrier
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.cost_refinement import choose_default_grid, move_schedule, record_cost
 from gaitopt.ocp.solution.diagnosis import ROUNDING
 from gaitopt.ocp.solution.grid_solve import (
+    BARRIER_COARSE_GRID,
     BARRIER_NEARBY_PROBLEM,
+    BARRIER_SAME_GRID,
     BARRIER_SAME_PROBLEM,
     STOPPED_EARLY,
     GridSolution,
@@ -74,7 +77,8 @@ def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | N
         Result of `solve_coarsest_grid` if it is known.
     """
     problem, guess = start.problem, start.guess
-    grids, warm_start, barrier = problem.transcription.list_grids(problem.sequence), None, BARRIER_SAME_PROBLEM
+    grids, warm_start = problem.transcription.list_grids(problem.sequence), None
+    barrier: Barrier = BARRIER_SAME_PROBLEM
     known = guess.solution_for(problem.sequence)
     if known is not None:
         grids, warm_start, barrier = grids[-1:], known, BARRIER_NEARBY_PROBLEM
@@ -107,7 +111,7 @@ def approach_through_coarse_grids(start: SingleStart, coarsest: GridSolution | N
             break
         record_cost(start, solution)
         # On another grid the clearance is active at other points.
-        barrier = BARRIER_SAME_PROBLEM if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
+        barrier = BARRIER_COARSE_GRID if problem.limits.clearance is None else BARRIER_NEARBY_PROBLEM
     if solution is None:
         raise _missing_grids(problem)
     if solution.outcome.status.ok or coarse is None:
@@ -164,7 +168,8 @@ def _minimise_exact_work(start: SingleStart, solution: GridSolution) -> GridSolu
     if agree or not solution.has_other_sign_changes():
         return None
     warm_start = solution_of(solution.transcription, solution.outcome)
-    exact = start.solve_on_grid(solution.method, warm_start, BARRIER_SAME_PROBLEM)
+    barrier: Barrier = BARRIER_SAME_GRID if solution.method.fractions is None else BARRIER_SAME_PROBLEM
+    exact = start.solve_on_grid(solution.method, warm_start, barrier)
     if exact.outcome.status in STOPPED_EARLY:
         return solution.mark_stopped(exact.outcome)
     return exact if exact.outcome.status.ok and exact.cost <= solution.cost + WORK_TOLERANCE * scale else None

@@ -49,5 +49,12 @@ def _least_sliding_inertia(robot: Robot, p: bytes, angles: tuple[tuple[float, fl
 
 @functools.cache
 def _shares_of_ranges(count: int) -> Array:
-    """Return random numbers between 0 and 1 for each angle and pose, shape (count, POSES)."""
-    return np.random.default_rng(0).uniform(size=(count, POSES))
+    """Return numbers between 0 and 1 for each angle and pose that fill the unit cube evenly, shape (count, POSES).
+
+    They are an additive recurrence with the powers of the root of g**(count + 1) = g + 1, the golden ratio for one
+    angle; the import of NumPy's random numbers would take several milliseconds.
+    """
+    ratio = 2.0
+    for _ in range(100):  # a contraction
+        ratio = (1.0 + ratio) ** (1.0 / (count + 1))
+    return np.outer(ratio ** -np.arange(1.0, count + 1), np.arange(1.0, POSES + 1)) % 1.0
