@@ -176,8 +176,8 @@ def endurance_facts(
     return {
         "survived": [dataclasses.asdict(each) for each in survived],
         "push_radius": ball,
-        "recovery_before": recovery_facts(before),
-        "recovery_after": recovery_facts(after),
+        "basin_before": recovery_facts(before),
+        "basin_after": recovery_facts(after),
     }
 
 

@@ -123,7 +123,7 @@ def test_a_law_is_tuned_and_its_disturbances_are_found(file, tmp_path, monkeypat
     assert result.exit_code == 0, result.output
     facts = json.loads(result.stdout)
     assert facts["radius"] == pytest.approx(json.loads(gains.read_text())["radius_after"], rel=1e-6)
-    assert (len(facts["survived"]), facts["recovery_after"]["starts"]) == (6, 2)
+    assert (len(facts["survived"]), facts["basin_after"]["starts"]) == (6, 2)
 
 
 @pytest.mark.slow
