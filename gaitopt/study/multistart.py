@@ -39,8 +39,9 @@ COARSE_SOLVER = Newton(fallback=Ipopt(tolerance=1e-5, max_iterations=100))
 MOST_INFEASIBLE_ITERATIONS = 40, 20
 """Iterations on the coarse grid after which a start ends if it is far from feasible: without a failed start before it,
 and after one.  At seven friction coefficients, none of 405 starts of the compass biped that converge is after the first
-number, and those that fail take half of the time; of no sequence did a start converge after one that failed.  At another
-speed it ended two starts that would have converged; other starts of these sequences remain."""
+number, and those that fail take half of the time; of no sequence does a start converge after one that fails.  At
+another speed it ends two starts that converge later; other starts of these sequences remain.
+"""
 
 START_SOLVER, RETRY_SOLVER = (
     Newton(fallback=COARSE_SOLVER.fallback.with_patience(most, max_iterations=COARSE_SOLVER.fallback.max_iterations))
