@@ -114,6 +114,10 @@ class GridResult:
         """Whether a contact touches down too early or from below."""
         return bool(self.early_touchdowns or self.touchdowns_from_below)
 
+    def list_repairs(self, *, from_below: bool) -> dict[int, float]:
+        """Return the rows of gaps that are too small because of early touchdowns alone, or of all, and their bounds."""
+        return self.list_raised_rows() if from_below else self.early_touchdowns
+
     def list_raised_rows(self) -> dict[int, float]:
         """Return the rows of gaps that are too small because of invalid touchdowns or grazes, and their bounds.
 
