@@ -9,7 +9,8 @@ import pytest
 from gaitopt import Collocation, Ipopt, Status
 from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.ocp import FromPlanarGait, solve_planar
-from gaitopt.ocp.multicontact.touchdown_repair import DECIDED, HIGHER_COST, STAGES, Repair, repair_touchdowns
+from gaitopt.ocp.multicontact.touchdown_repair import DECIDED, HIGHER_COST, Repair, repair_touchdowns
+from gaitopt.ocp.multicontact.touchdown_repair import RISE as RISE_TO_DEPTH
 from gaitopt.simulation import verify_planar
 from gaitopt.simulation.planar_verification import replay_planar
 from tests.ocp.multicontact_examples import walk
@@ -20,10 +21,11 @@ DEPTH, RISE, CLEARANCE = 0.02, 0.011, 0.001
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan of cost 1 whose foot is below the ground by the bound of its only row; the cost grows as it is raised."""
+    """A plan of cost 1 whose foot is below the ground, and then rises; the bounds of its two rows increase the cost."""
 
     depth: float = DEPTH
     cost: float = 1.0
+    rise: float = RISE
     status: Status = Status.SOLVED
 
     @property
@@ -32,11 +34,13 @@ class Plan:
 
     @property
     def penetrations(self):
-        rise = RISE + DEPTH - self.depth
-        return (SimpleNamespace(depth=self.depth, rise=rise, lands=True),) if self.depth > 0 else ()
+        return (SimpleNamespace(depth=self.depth, rise=self.rise, lands=True),) if self.depth > 0 else ()
 
     def list_repairs(self, *, from_below):
         return {0: CLEARANCE} if any(each.rise <= each.depth for each in self.penetrations) else {}
+
+    def list_highest_rows(self):
+        return [1]
 
     def mark_interrupted(self, message):
         return replace(self, status=Status.INTERRUPTED)
@@ -51,8 +55,10 @@ class Solves:
     def __call__(self, plan, rows):
         self.bounds.append(rows[0])
         if rows[0] == CLEARANCE:
-            return Plan(-CLEARANCE, self.cost, self.at_clearance)
-        return Plan(-rows[0], 1 + (DEPTH + rows[0]), self.below)
+            return Plan(-CLEARANCE, self.cost, status=self.at_clearance)
+        raised = DEPTH + rows[0]  # the foot then also rises higher afterwards
+        rise = max(RISE + raised, rows.get(1, 0.0))
+        return Plan(-rows[0], 1 + raised**2 + 2 * (rise - RISE - raised) ** 2, rise=rise, status=self.below)
 
 
 def test_the_clearance_is_kept_if_it_costs_little():
@@ -62,11 +68,14 @@ def test_the_clearance_is_kept_if_it_costs_little():
 
 
 @pytest.mark.parametrize("solve", [Solves(5.0), Solves(1.0, Status.ITERATION_LIMIT)])
-def test_otherwise_the_depth_is_about_the_largest_valid_one(solve):
+def test_otherwise_depth_and_rise_have_nearly_the_lowest_cost(solve):
     repair = repair_touchdowns(Repair(Plan(), {}), solve, from_below=True)
-    largest = (RISE + DEPTH) / (1 + DECIDED)  # the depth at which the foot rises by the least ratio
-    assert largest - DEPTH / STAGES / 4 <= repair.result.depth <= largest
-    assert repair.rows == {0: -repair.result.depth}
+    depths = np.linspace(0, DEPTH, 10001)
+    rises = np.maximum(RISE + DEPTH - depths, RISE_TO_DEPTH * depths)
+    least = np.min(1 + (DEPTH - depths) ** 2 + 2 * (rises - RISE - DEPTH + depths) ** 2)
+    assert 0 <= repair.cost - least < 0.01 * (least - 1)
+    assert repair.rows == {0: -repair.result.depth, 1: repair.result.rise}
+    assert repair.result.rise > DECIDED * repair.result.depth
     assert solve.bounds[0] == CLEARANCE
 
 

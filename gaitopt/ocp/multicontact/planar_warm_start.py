@@ -33,7 +33,7 @@ ACTIVE = 1e-6
 """Multiplier, relative to the largest one, above which a bound is active."""
 
 SAME_GAP = 1e-7
-"""Difference of a gap from its bound after an early touchdown below which it has this bound [m]."""
+"""Difference from the bound after an early touchdown below which a gap has this bound [m]."""
 
 _GRID_AND_GUESS = ("guess", "script", "intervals", "transcription", "objective_unit")
 
@@ -74,8 +74,8 @@ class PlanarWarmStart:
         """Return the rows of gaps that were bounded to exclude invalid touchdowns of the gait, with their bounds [m].
 
         Such a row has a multiplier in the gait, but no bound in the problem.  Without the bound, the solve would leave
-        the gait and find it again in further solves.  The bound is that of an early touchdown, or the smaller gap of
-        the gait.
+        the gait and find it again in further solves.  The bound is that of an early touchdown, or the gap of the gait
+        if it differs.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class PlanarWarmStart:
                 row = int(index[place])
                 if constraints.entries[row][1].kind is Kind.GAP:
                     least, gap = clearance * share_of_clearance(transcription, row), float(tables[name].values[place])
-                    rows[row] = gap if gap < least - SAME_GAP else least
+                    rows[row] = least if abs(gap - least) < SAME_GAP else gap
         return rows
 
 

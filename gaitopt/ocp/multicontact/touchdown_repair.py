@@ -3,8 +3,9 @@
 The gaps are increased to the clearance in one solve, which may lead to another gait of several times the cost: if a
 foot is 20 mm below the ground after its leg has passed the other one, and then rises to 11 mm, it need not be above the
 ground throughout; it suffices that it rises more than it was deep.  If the cost is much higher, the depth is therefore
-decreased in stages, each of which starts at the solution of the one before, until the touchdown is valid, and the
-repair of lower cost is kept.
+decreased in stages, each of which starts at the solution of the one before, until the touchdown is valid.  Then the
+depth is increased again while the rise is bounded from below, as long as this decreases the cost.  The repair of lower
+cost is kept.
 """
 
 from collections.abc import Callable
@@ -23,8 +24,11 @@ HIGHER_COST = 0.1
 STAGES = 8
 """Number of stages in which the depth is decreased to zero."""
 
-BISECTIONS = 2
-"""Number of bisections between the depths of the last invalid stage and the first valid one."""
+TRIALS = 4
+"""Number of depths tried between those of the last invalid stage and the first valid one."""
+
+RISE = 1.04
+"""Ratio of the least rise of a contact to its largest depth in these trials."""
 
 DECIDED = 1.02
 """Least ratio of the rise of a contact to its depth after a repair in stages: a replay evaluates both at other instants
@@ -141,7 +145,7 @@ class _Stages:
             if not following.status.ok:
                 return None
             if self._is_decided(following.result):
-                return self._bisect(trial, depth, following)
+                return self._search_depth(trial, depth, following)
             self.rows = following.result.list_repairs(from_below=self._from_below) | self.rows
             invalid, depth = following, trial
         return self._keep_clearance(invalid)
@@ -153,22 +157,32 @@ class _Stages:
             return repair
         return None if repair.result.list_repairs(from_below=self._from_below) else repair
 
-    def _bisect(self, depth: float, too_deep: float, valid: Repair) -> Repair:
-        """Return the valid solution of lowest cost between two depths."""
-        for _ in range(BISECTIONS):
-            middle = (depth + too_deep) / 2
-            following = self._bound_depth(middle, valid)
+    def _search_depth(self, depth: float, too_deep: float, valid: Repair) -> Repair:
+        """Return the valid solution of lowest cost between two depths, with a rise that is larger than the depth.
+
+        To increase the rise may cost less than to decrease the depth.  The larger part of the interval around the best
+        depth is halved.
+        """
+        shallower, best, deeper = depth, depth, too_deep
+        for _ in range(TRIALS):
+            trial = (best + deeper) / 2 if deeper - best >= best - shallower else (best + shallower) / 2
+            highest = dict.fromkeys(valid.result.list_highest_rows(), RISE * trial)
+            following = self._bound_depth(trial, valid, highest)
             if following.status is Status.INTERRUPTED:
                 return following
             if following.status.ok and self._is_decided(following.result) and following.cost < valid.cost:
-                valid, depth = following, middle
+                shallower, deeper = (best, deeper) if trial > best else (shallower, best)
+                valid, best = following, trial
+            elif trial > best:
+                deeper = trial
             else:
-                too_deep = middle
+                shallower = trial
         return valid
 
-    def _bound_depth(self, depth: float, start: Repair) -> Repair:
-        """Return the solution near another one in which the contacts are at most at a depth."""
-        return start.solve(self.given.rows | {row: min(least, -depth) for row, least in self.rows.items()}, self._solve)
+    def _bound_depth(self, depth: float, start: Repair, further: Rows | None = None) -> Repair:
+        """Return the solution near another one whose contacts are at most at a depth, with further bounds."""
+        rows = {row: min(least, -depth) for row, least in self.rows.items()}
+        return start.solve(self.given.rows | rows | (further or {}), self._solve)
 
     def _is_decided(self, result: GridResult) -> bool:
         """Return whether the touchdowns of a solution are valid by a margin."""
