@@ -93,6 +93,15 @@ def test_an_interrupted_repair_returns_the_last_plan(solve):
     assert (repair.status, repair.cost, repair.rows) == (Status.INTERRUPTED, 1.0, {})
 
 
+def test_without_stages_the_clearance_is_kept_or_the_plan_remains_invalid():
+    solve = Solves(5.0)
+    repair = repair_touchdowns(Repair(Plan(), {}), solve, from_below=True, in_stages=False)
+    assert (repair.cost, len(solve.bounds)) == (5.0, 1)
+    given = Plan()
+    failed = Solves(1.0, Status.ITERATION_LIMIT)
+    assert repair_touchdowns(Repair(given, {}), failed, from_below=True, in_stages=False).result is given
+
+
 def test_a_valid_plan_is_not_solved_again():
     solve, given = Solves(1.0), Repair(Plan(0.01), {3: 0.5})
     assert repair_touchdowns(given, solve, from_below=True) is given

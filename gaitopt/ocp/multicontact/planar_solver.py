@@ -233,7 +233,8 @@ class _Start:
     def exclude_invalid_touchdowns(self, result: GridResult, *, from_below: bool) -> GridResult:
         """Return a solution whose contacts do not close too early or from below, or the last solution before."""
         given = Repair(result, self.raised.get(result.transcription, {}))
-        repaired = repair_touchdowns(given, self._solve_with_bounds, from_below=from_below)
+        refined = math.isfinite(result.problem.transcription.tolerance)
+        repaired = repair_touchdowns(given, self._solve_with_bounds, from_below=from_below, in_stages=refined)
         self.raised[result.transcription] = repaired.rows
         return repaired.result
 

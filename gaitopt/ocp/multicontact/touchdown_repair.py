@@ -75,7 +75,7 @@ class Repair:
         return Repair(result, rows)
 
 
-def repair_touchdowns(given: Repair, solve: Solve, *, from_below: bool) -> Repair:
+def repair_touchdowns(given: Repair, solve: Solve, *, from_below: bool, in_stages: bool = True) -> Repair:
     """Return the solution of lowest cost without invalid touchdowns that is found, and its rows.
 
     If there is none, the last solution before the failure is returned.
@@ -87,9 +87,11 @@ def repair_touchdowns(given: Repair, solve: Solve, *, from_below: bool) -> Repai
     solve : callable
     from_below : bool
         Whether touchdowns from below and grazes are invalid, and not early touchdowns alone.
+    in_stages : bool
+        Whether a repair in stages is tried if the gaps of the clearance lead to a much higher cost, or to no solution.
     """
     direct = _repair_directly(given, solve, from_below=from_below)
-    if direct.status is Status.INTERRUPTED or not given.status.ok:
+    if direct.status is Status.INTERRUPTED or not (given.status.ok and in_stages):
         return direct
     is_valid = not direct.result.list_repairs(from_below=from_below)
     if is_valid and direct.cost - given.cost <= HIGHER_COST * abs(given.cost):
