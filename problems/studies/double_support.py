@@ -4,10 +4,10 @@ A compass biped with motors at ankle and hip walks at 0.633 m/s with the least i
 double support, the trailing foot is dragged forward while the front foot sticks. In the gaits with single support, the
 trailing foot leaves the ground at touchdown, and the front foot sticks or first slips forward. Sticking contacts keep a
 margin from slipping, and all gaits keep margins from other outcomes of the impact and from grazing touchdowns.
-Percentages are the saving of double support relative to the better of the other two; "only" marks points where neither
-of them was found, and "none" those without a double support. The lower panel shows the absolute work of the motors
-(positive work plus braking work) and its parts, the losses and twice the braking work, for single support (left bar),
-slipping landing (middle bar) and double support (right bar).
+Percentages are the saving of double support relative to the better of the other two; "none" marks the point without a
+double support. The lower panel shows the absolute work of the motors (positive work plus braking work) and its parts,
+the losses and twice the braking work, for single support (left bar), slipping landing (middle bar) and double support
+(right bar).
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slip
 dissipate the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that
@@ -15,8 +15,9 @@ slips backward. Five further random starts at steps of 0.8 m and friction 0.2 an
 steps (0.25 m/s, 0.9 m) are not shown: both legs of their optima are vertical at the same instant, and whether the swing
 foot touches the ground there depends on errors below the tolerances, so that their replays fail.
 
-The gaits shown were computed before optima that graze the ground counted as undecided. The present version rejects some
-of them, such as the slipping landing with steps of 1.0 m at friction 0.4, and finds only one of a higher cost there.
+The legs are straight, so that the swing foot may be below the ground after its leg has passed the other one. In a valid
+gait it then rises above the ground by more than it was deep. This limit is active in some gaits with long steps: at
+friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1.1 and 1.2 m by 0.4, 3 and 8 %.
 """
 
 import numpy as np

@@ -23,7 +23,11 @@ from gaitopt.ocp.multicontact.planar_remarks import (
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.multicontact.replay_prediction import predict_replay_error
-from gaitopt.ocp.multicontact.touchdown_from_below import find_planned_penetrations, find_rows_below
+from gaitopt.ocp.multicontact.touchdown_from_below import (
+    find_highest_rows,
+    find_planned_penetrations,
+    find_rows_below,
+)
 from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
@@ -114,6 +118,10 @@ class GridResult:
         """Whether a contact touches down too early or from below."""
         return bool(self.early_touchdowns or self.touchdowns_from_below)
 
+    def list_repairs(self, *, from_below: bool) -> dict[int, float]:
+        """Return the rows of gaps that are too small because of early touchdowns alone, or of all, and their bounds."""
+        return self.list_raised_rows() if from_below else self.early_touchdowns
+
     def list_raised_rows(self) -> dict[int, float]:
         """Return the rows of gaps that are too small because of invalid touchdowns or grazes, and their bounds.
 
@@ -124,6 +132,11 @@ class GridResult:
         transcription, x, clearance = self.transcription, self.outcome.x, self.problem.limits.clearance
         rows = find_rows_below(transcription, self.values, x, self.touchdowns_from_below, clearance)
         return rows | find_rows_beside(transcription, x, self.undecided_touchdowns, clearance)
+
+    def list_highest_rows(self) -> list[int]:
+        """Return the rows of the largest gaps between a penetration and the touchdown; see `find_highest_rows`."""
+        penetrations = [each for each in self.penetrations if each.lands]
+        return find_highest_rows(self.transcription, self.values, self.outcome.x, penetrations)
 
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""

@@ -42,7 +42,8 @@ def certify_planar(
     problem : PlanarProblem
     transcription : PlanarTranscription
     bounds : Bounds
-        Bounds of the solve, which may exceed those of the problem to exclude an early touchdown.
+        Bounds of the solve, which may exceed those of the problem to exclude an invalid touchdown.  Those that are no
+        part of the clearance are constant in the derivatives of the cost.
     outcome : NlpResult
     """
     if not outcome.status.ok:
@@ -59,6 +60,8 @@ def _cost_sensitivities(
     """Return the derivative of the optimal objective with respect to every number that affects it."""
     raised = np.flatnonzero(bounds.g_lower > planar_bounds(transcription, problem).g_lower).tolist()
     shares = np.array([share_of_clearance(transcription, row) for row in raised])
+    stated = bounds.g_lower[raised]
+    depends = np.isclose(stated, problem.limits.clearance * shares, rtol=1e-9, atol=0.0)
 
     @functools.cache
     def evaluate_at(numbers: tuple[float, ...]) -> tuple[float, Array]:
@@ -68,7 +71,7 @@ def _cost_sensitivities(
     @defer_interrupt()
     def evaluate(changed: PlanarProblem) -> float:
         values, limits = evaluate_at(tuple(planar_data(changed).tolist())), planar_bounds(transcription, changed)
-        limits.g_lower[raised] = changed.limits.clearance * shares
+        limits.g_lower[raised] = np.where(depends, changed.limits.clearance * shares, stated)
         return evaluate_lagrangian(values, outcome.x, outcome.multipliers, limits)
 
     return rank_sensitivities(list_planar_numbers(problem), evaluate, transcription.nlp.typical)

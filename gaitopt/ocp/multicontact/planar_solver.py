@@ -34,10 +34,10 @@ from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabu
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.multicontact.planar_warm_start import (
     PlanarWarmStart,
-    find_raised_rows,
     find_warm_start,
     list_refinements,
 )
+from gaitopt.ocp.multicontact.touchdown_repair import Repair, repair_touchdowns
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
@@ -49,8 +49,6 @@ from gaitopt.progress import Observer, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-MOST_REPAIRS = 3
-"""Largest number of further solves of a grid whose contacts close too early or from below."""
 MOST_FOR_REPLAY = 2
 """Largest number of refinements of an accurate plan that is predicted to fail its replay."""
 SPREAD_OF_DURATIONS = 0.7
@@ -224,7 +222,7 @@ class _Start:
             return None
         if nearby.is_same:
             bounds, clearance = planar_bounds(transcription, grid), grid.limits.clearance
-            self.raised[transcription] = find_raised_rows(transcription, bounds, point[1][1], clearance)
+            self.raised[transcription] = nearby.find_raised_rows(transcription, bounds, clearance)
         result = self.solve(grid, point[0], is_near=True, multipliers=point[1], limit=MOST_NEARBY)
         if result.outcome.status.ok:
             result = _finish(self, result, methods[1:])
@@ -235,18 +233,16 @@ class _Start:
 
     def exclude_invalid_touchdowns(self, result: GridResult, *, from_below: bool) -> GridResult:
         """Return a solution whose contacts do not close too early or from below, or the last solution before."""
-        for _ in range(MOST_REPAIRS):
-            rows = result.list_raised_rows() if from_below else result.early_touchdowns
-            if not rows or not result.outcome.status.ok:
-                break
-            self.raised.setdefault(result.transcription, {}).update(rows)
-            repaired = self.solve(result.problem, result.outcome.x, is_near=True)
-            if repaired.outcome.status is Status.INTERRUPTED:
-                return result.mark_interrupted(repaired.outcome.message)
-            if not repaired.outcome.status.ok:
-                break
-            result = repaired
-        return result
+        given = Repair(result, self.raised.get(result.transcription, {}))
+        refined = math.isfinite(result.problem.transcription.tolerance)
+        repaired = repair_touchdowns(given, self._solve_with_bounds, from_below=from_below, in_stages=refined)
+        self.raised[result.transcription] = repaired.rows
+        return repaired.result
+
+    def _solve_with_bounds(self, result: GridResult, rows: dict[int, float]) -> GridResult:
+        """Return the solution near another one on its grid, with further bounds of its gaps."""
+        self.raised[result.transcription] = rows
+        return self.solve(result.problem, result.outcome.x, is_near=True)
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
         """Return the solution of a problem, which is solved with fixed durations first.

@@ -31,6 +31,10 @@ differ so much that its multipliers mislead the solver."""
 
 ACTIVE = 1e-6
 """Multiplier, relative to the largest one, above which a bound is active."""
+
+SAME_GAP = 1e-7
+"""Difference from the bound after an early touchdown below which a gap has this bound [m]."""
+
 _GRID_AND_GUESS = ("guess", "script", "intervals", "transcription", "objective_unit")
 
 
@@ -64,31 +68,34 @@ class PlanarWarmStart:
             on_rows[index] = self.solution.constraints[constraints.names[table]].multipliers
         return x, (on_bounds, on_rows)
 
+    def find_raised_rows(
+        self, transcription: PlanarTranscription, bounds: Bounds, clearance: float
+    ) -> dict[int, float]:
+        """Return the rows of gaps that were bounded to exclude invalid touchdowns of the gait, with their bounds [m].
 
-def find_raised_rows(
-    transcription: PlanarTranscription, bounds: Bounds, multipliers: Array, clearance: float
-) -> dict[int, float]:
-    """Return the rows of gaps that were bounded to exclude early touchdowns of a gait, with their bounds [m].
+        Such a row has a multiplier in the gait, but no bound in the problem.  Without the bound, the solve would leave
+        the gait and find it again in further solves.  The bound is that of an early touchdown, or the gap of the gait
+        if it differs.
 
-    Such a row has a multiplier in the gait, but no bound in the problem.  Without the bound, the solve would leave the
-    gait and find it again in a second solve.
-
-    Parameters
-    ----------
-    transcription : PlanarTranscription
-    bounds : Bounds
-        Bounds of the problem.
-    multipliers : (n_constraints,) array
-        Multipliers of the rows in the gait.
-    clearance : float [m]
-    """
-    unbounded = np.isneginf(bounds.g_lower) & np.isposinf(bounds.g_upper)
-    active = np.abs(multipliers) > ACTIVE * np.abs(multipliers).max(initial=0.0)
-    return {
-        row: clearance * share_of_clearance(transcription, row)
-        for row in np.flatnonzero(unbounded & active).tolist()
-        if transcription.constraints.entries[row][1].kind is Kind.GAP
-    }
+        Parameters
+        ----------
+        transcription : PlanarTranscription
+        bounds : Bounds
+            Bounds of the problem.
+        clearance : float [m]
+        """
+        rows, constraints = dict[int, float](), transcription.constraints
+        tables = {name: self.solution.constraints[constraints.names[name]] for name in constraints.tables}
+        largest = max((np.abs(part.multipliers).max(initial=0.0) for part in tables.values()), default=0.0)
+        for name, index in constraints.tables.items():
+            active = np.abs(tables[name].multipliers) > ACTIVE * largest
+            unbounded = np.isneginf(bounds.g_lower[index]) & np.isposinf(bounds.g_upper[index])
+            for place in zip(*(active & unbounded).nonzero(), strict=True):
+                row = int(index[place])
+                if constraints.entries[row][1].kind is Kind.GAP:
+                    least, gap = clearance * share_of_clearance(transcription, row), float(tables[name].values[place])
+                    rows[row] = least if abs(gap - least) < SAME_GAP else gap
+        return rows
 
 
 def list_refinements(problem: PlanarProblem) -> Iterator[Collocation]:

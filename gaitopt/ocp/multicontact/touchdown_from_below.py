@@ -68,6 +68,38 @@ def find_rows_below(
     return rows
 
 
+def find_highest_rows(
+    transcription: PlanarTranscription, values: dict[str, float], x: Array, penetrations: Sequence[Penetration]
+) -> list[int]:
+    """Return the rows of the largest gaps of contacts after they were below the ground and armed.
+
+    Parameters
+    ----------
+    transcription : PlanarTranscription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    penetrations : sequence of Penetration
+    """
+    robot, parts, rows = transcription.structure.robot, sample_phases(transcription, x), list[int]()
+    p = robot.vector(values)
+    for penetration in penetrations:
+        i, gaps = robot.contact_index(penetration.contact), dict[int, float]()
+        for phase, part in zip(transcription.phases, parts, strict=True):
+            if part.time[-1] <= penetration.deepest or part.modes[i] is not Mode.FREE:
+                continue
+            gap = np.array(robot.gaps.map(part.time.size)(part.q, p)[0])[i]
+            for k in range(1, gap.size - (i in part.closing)):  # the first sample is the last one of the previous phase
+                if part.time[k] > penetration.deepest:
+                    gaps[row_of(transcription, phase, i, k)] = float(gap[k])
+            if i in part.closing:
+                break
+        if gaps:
+            rows.append(max(gaps, key=gaps.__getitem__))
+    return rows
+
+
 def sample_phases(transcription: PlanarTranscription, x: Array) -> list[SampledPart]:
     """Return the samples of all phases of a plan.
 
