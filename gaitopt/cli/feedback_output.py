@@ -194,7 +194,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         "coefficient of friction in the first steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
-        caption += " A dash (-): all disturbances tried, up to the survived one, are survived."
+        caption += " A dash (-) instead of one that is not survived: the largest disturbance tried is survived."
     kinds = {each["kind"] for each in facts["survived"]}
     if "torque noise" in kinds and "sensor delay" not in kinds:
         caption += " No sensor delay: the law does not read the state."

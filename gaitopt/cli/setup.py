@@ -60,8 +60,8 @@ def new(
     """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, the
-    script of a robot with the definition of its bodies, contacts and actuators.  Unlike a robot of the catalogue, the
-    robot of such a script is checked for errors before each solve.  An existing file is never overwritten.
+    script of a robot with the definition of its bodies, contacts and actuators.  The robot of such a script is checked
+    for errors before it is solved, like other custom robots.  An existing file is never overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """

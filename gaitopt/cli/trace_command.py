@@ -104,7 +104,8 @@ def trace(
         int, typer.Option(min=0, max=8, help="Number of successive branches of doubled period to follow.")
     ] = 0,
     deflate: Annotated[
-        bool, typer.Option("--deflate", help="Also search for further gaits at the same parameters and follow them.")
+        bool,
+        typer.Option("--deflate", help="Also search for further gaits at both ends and in the middle of the range."),
     ] = False,
     output: DiagramOutput = None,
     points: OptimalPoints = 50,

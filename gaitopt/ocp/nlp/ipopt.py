@@ -227,7 +227,7 @@ def _lock_solves() -> Iterator[None]:
             _running.now = False
 
 
-@functools.lru_cache(maxsize=96)  # a search over sequences of up to three phases returns to about 70 NLPs
+@functools.lru_cache(maxsize=32)
 def _compile(nlp: Nlp, options: Ipopt, barrier: Barrier | None) -> tuple[ca.Function, IterationCallback]:
     """Return the solver of an NLP and its iteration callback; built once for equal options."""
     callback = IterationCallback(nlp)

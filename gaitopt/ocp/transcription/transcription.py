@@ -167,7 +167,7 @@ class Transcription:
         return self.phases[-1].nodes[-1] + 1
 
 
-@functools.lru_cache(maxsize=96)  # a search over sequences of up to three phases returns to about 70 NLPs of 0.6 MB
+@functools.lru_cache(maxsize=32)
 def transcribe(structure: Structure) -> Transcription:
     """Transcribe a structure into an NLP; equal structures return the NLP built before."""
     robot, objective, nodal = structure.robot, structure.objective, structure.scheme.nodal
