@@ -143,7 +143,7 @@ def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
     shown = " ".join(command("show", folder / "here" / "own.h5").out.split())
     assert "script own.py, SHA-256 " in shown
     assert "scenarios friction 0.18 to 0.2; 3 steps, tolerance 0.01" in shown
-    assert "robustness 2 of 2 candidates survived under feedforward, additional cost +" in shown
+    assert "robustness 2 of 2 candidate scenarios survived under feedforward, additional cost +" in shown
 
 
 def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(command, script, folder):
