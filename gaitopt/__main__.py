@@ -12,10 +12,6 @@ from types import FrameType
 
 def main() -> None:
     """Import and run the command that the command line names."""
-    status = list[int]()
-    only = vars(sys.modules["__main__"]).get("main") is main  # the process runs nothing else
-    if only and getattr(atexit, "_ncallbacks", lambda: 1)() == 0:  # the first function is called last: it skips none
-        atexit.register(_end_process, status)
     os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
     former = signal.getsignal(signal.SIGINT)
     if former is signal.default_int_handler:
@@ -38,18 +34,7 @@ def main() -> None:
             gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
             # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
-            if isinstance(end.code, int):
-                status.append(end.code)
             raise
-
-
-def _end_process(status: list[int]) -> None:
-    """End the process with a status, if there is one, without the deletion of all modules, which takes 10 ms."""
-    if status:
-        with contextlib.suppress(OSError, ValueError):  # a closed stream, which the interpreter reports
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(status[0])
 
 
 def _exit_by_interrupt() -> None:
