@@ -49,15 +49,15 @@ have to be rewritten. A repeated solve consists of four steps of Newton's method
 [From a contact sequence to a gait](concepts/optimisation.md) explains this method, and why the cost of transport
 requires other methods.
 
-Since the measurement in the table, the first solve has become faster: it takes 0.91 to 0.93 times as long as that of
-the hand-tuned script (medians of series of 60 pairs, 2026-11-24).
+In three series of 60 alternating pairs on a machine without other load (2026-11-24), the first solve took 0.91 to 0.93
+times as long as that of the hand-tuned script.
 
-The command `gaitopt solve problems/compass_slip.py` takes 1.1 s of processor time: 30 % in Ipopt (87 iterations on five
+The command `gaitopt solve problems/compass_slip.py` takes 0.9 s of processor time: 30 % in Ipopt (80 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
 (half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
-and checks between nodes. It takes 0.76 of the processor time and 0.73 of the wall-clock time of an earlier revision of
-gaitopt, 183f18f (medians of 15 pairs of runs with compiled bytecode, 2026-11-23, load 15; 0.80 and 0.76 without
-bytecode); other packages, Ipopt and the linear program alone take 0.4 of the processor time of that revision.
+and checks between nodes. It takes 0.73 of the processor time and 0.65 of the wall-clock time of an earlier revision of
+gaitopt, 183f18f (medians of 12 pairs of runs with compiled bytecode, 2026-11-25); other packages, Ipopt and the linear
+program alone take 0.4 of the processor time of that revision.
 Derivatives are not stored on disk: the command builds them in 32 ms, and CasADi would take 24 ms to identify and read
 stored ones.
 """
