@@ -335,7 +335,8 @@ def require_walking(gait: "AnyGait", file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts, which this command does not accept; 'gaitopt show', "
-            "'verify', 'stability', 'simulate', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' do."
+            "'verify', 'stability', 'simulate', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' do. "
+            "'gaitopt report' compares several such gaits."
         )
     return gait
 

@@ -63,7 +63,7 @@ RADIUS_LABELS = ("spectral radius", "spectral radius\nof the period")
 """Labels of the axis of spectral radii, if all gaits have one step and otherwise."""
 
 LARGEST_RADIUS = 4.0
-"""Largest spectral radius that is shown."""
+"""Largest spectral radius that is shown, unless all are larger."""
 
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -117,7 +117,7 @@ def plot_branches(
     style, factor = style or FigureStyle(), math.degrees(1) if units[coordinate] == "rad" else 1.0
     angular = diagram.unit == "rad"
     colors = {name: line_style(number)["color"] for number, name in enumerate(list_gait_names(diagram))}
-    several_steps = any(branch.steps > 1 for branch in diagram.branches)
+    several_steps, cut = any(branch.steps > 1 for branch in diagram.branches), _find_cut(diagram)
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for branch in diagram.branches:
@@ -127,10 +127,10 @@ def plot_branches(
             place = branch.names.index(coordinate)
             heights = factor * branch.orbits[:, :, place]
             _draw_branch(upper, branch, values, heights, colors)
-            _draw_radii(lower, branch, colors, angular=angular)
+            _draw_radii(lower, branch, colors, cut, angular=angular)
             _mark(upper, diagram, branch, place, factor)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
-        lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower)))
+        lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower, cut)))
         _state_cut_radii(lower, diagram)
         figure.align_ylabels()
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
@@ -142,9 +142,15 @@ def plot_branches(
     return figure
 
 
-def find_top(axes: "Axes") -> float:
+def find_top(axes: "Axes", cut: float = LARGEST_RADIUS) -> float:
     """Return the upper end of an axis of spectral radii, which shows the stability limit."""
-    return min(LARGEST_RADIUS, 1.05 * max(1.2, float(axes.dataLim.y1)))
+    return min(cut, 1.05 * max(1.2, float(axes.dataLim.y1)))
+
+
+def _find_cut(diagram: BranchDiagram) -> float:
+    """Return the spectral radius above which none is shown; infinite if there would be nothing to see."""
+    radii = np.concatenate([branch.radii for branch in diagram.branches])
+    return LARGEST_RADIUS if np.any(radii < LARGEST_RADIUS) else math.inf
 
 
 def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
@@ -217,13 +223,13 @@ def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, c
         axes.plot(values[piece], rows[piece], **_piece_style(branch, sequence, stable, colors))
 
 
-def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], *, angular: bool) -> None:
+def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], cut: float, *, angular: bool) -> None:
     """Draw the spectral radius of a branch, which is discontinuous between pieces of different sequences."""
     curves = interpolate_radii(branch)
     for piece, sequence, stable in split_branch(branch, joined=False):
         values, radii = (np.concatenate(parts) for parts in zip(*curves[piece.start : piece.stop - 1], strict=True))
         values = np.degrees(values) if angular else values
-        axes.plot(values, np.minimum(radii, 2 * LARGEST_RADIUS), **_piece_style(branch, sequence, stable, colors))
+        axes.plot(values, np.minimum(radii, 2 * cut), **_piece_style(branch, sequence, stable, colors))
 
 
 def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: dict[str, Any]) -> dict[str, Any]:

@@ -29,6 +29,15 @@ def test_radii_beyond_the_axis_are_stated(diagram, width):
     check_texts(figure)
 
 
+def test_radii_that_are_all_large_are_shown(diagram):
+    branch = diagram.branches[0]
+    large = replace(branch, multipliers=9 / float(np.nanmin(branch.radii)) * branch.multipliers)
+    lower = plot_branches(replace(diagram, branches=(large,))).axes[1]
+    assert lower.get_title(loc="right") == ""
+    assert lower.get_ylim()[1] > np.nanmax(large.radii)
+    assert max(float(np.max(line.get_ydata())) for line in lower.lines) >= np.nanmax(large.radii)
+
+
 @pytest.mark.parametrize("width", [7.2, 3.5])
 def test_branches_of_longer_periods_have_a_colour_and_an_entry_in_the_legend(diagram, width):
     figure = plot_branches(diagram, style=FigureStyle(width=width))

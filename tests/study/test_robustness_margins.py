@@ -23,6 +23,7 @@ from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.stability import PlanarWalkProblem
 from gaitopt.study import WalkTest, assess_robustness
 from gaitopt.study.robustness.disturbed_gait import reads_state
+from gaitopt.study.robustness.robustness_margins import _MarginSearch
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +107,13 @@ def test_a_robot_without_actuators_has_no_torque_noise():
     test = PushTest(starts=1, steps=40, tolerance=1e-3, resolution=0.9)
     margins = assess_robustness(robot, law, cycle, walking=WalkTest(steps=6, resolution=0.9), test=test)
     assert [each.kind for each in margins] == ["push", "downhill slope", "uphill slope"]  # with infinite friction
+
+
+@pytest.mark.parametrize(("kind", "least"), [("sensor delay", 1e-3), ("torque noise", 1e-6)])
+def test_a_margin_below_the_smallest_disturbance_is_zero(kind, least):
+    """A walk with a delay takes the longer, the shorter the delay is."""
+    tried = []
+    search = _MarginSearch(gait=None, cycle=None, walking=WalkTest(), test=PushTest())
+    margin = search.largest(kind, lambda size: bool(tried.append(size)), 0.4, "1")
+    assert (margin.survived, margin.failed) == (0.0, min(tried))
+    assert 0.4 * least / 2 < min(tried) <= 0.4 * least

@@ -196,7 +196,6 @@ class Ipopt:
         }
         if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
             options["ipopt.mumps_permuting_scaling"] = 0  # nested dissection is inaccurate with it
-            options["ipopt.mumps_scaling"] = 0  # the same iterations in 6 % less time
         if self.linear_solver == "mumps" and nlp.dissect:
             options["ipopt.mumps_pivot_order"] = METIS
         elif self.linear_solver == "mumps" and nlp.n_variables > LARGE:

@@ -28,6 +28,10 @@ from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, d
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
 
+LEAST, LEAST_DELAY = 1e-6, 1e-3
+"""Smallest disturbance that is tried, relative to the largest.  A shorter delay has no practical effect, and a walk
+with it takes long, since its time is divided into parts of the delay."""
+
 
 @dataclass(frozen=True)
 class RobustnessMargins:
@@ -169,12 +173,13 @@ class _MarginSearch:
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
         """Double a disturbance until one is not survived, up to `most`, and bisect the last interval."""
+        least = most * (LEAST_DELAY if kind == "sensor delay" else LEAST)
         lower, upper = 0.0, most / 2**DOUBLINGS
         while survives(upper):
             if upper == most:
                 return RobustnessMargins(kind, most, None, unit)
             lower, upper = upper, min(2 * upper, most)
-        while upper - lower > self.walking.resolution * upper and upper > 1e-6 * most:
+        while upper - lower > self.walking.resolution * upper and upper > least:
             middle = (lower + upper) / 2
             lower, upper = (middle, upper) if survives(middle) else (lower, middle)
         return RobustnessMargins(kind, lower, upper, unit)
