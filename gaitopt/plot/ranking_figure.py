@@ -8,7 +8,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.axis_labels import show_unit
+from gaitopt.plot.axis_labels import label_quantity
 from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
 from gaitopt.plot.mode_bar import merge_modes
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_HATCH, NARROW, FigureStyle
@@ -97,8 +97,7 @@ def _describe(gait: AnyGait, best: AnyGait, letters: int) -> str:
 
 
 def _cost_label(gait: AnyGait) -> str:
-    name, unit = gait.problem["objective"].replace("_", " "), gait.problem.get("objective_unit", "")
-    return name if unit in ("", "1") else f"{name} [{show_unit(unit)}]"
+    return label_quantity(gait.problem["objective"], gait.problem.get("objective_unit", ""))
 
 
 def _list_feet(gaits: Sequence[AnyGait]) -> list[str]:
