@@ -28,9 +28,10 @@ def main() -> None:
         try:
             app.main(handler=former if callable(former) else None)
         except SystemExit as end:
-            signal.signal(signal.SIGINT, former)
             if end.code == app.INTERRUPTED:
+                signal.signal(signal.SIGINT, signal.SIG_IGN)  # further interrupts change nothing
                 _exit_by_interrupt()
+            signal.signal(signal.SIGINT, former)
             gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
             # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)

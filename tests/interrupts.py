@@ -53,6 +53,8 @@ def interrupt_once(words, folder, after):
         faults.append(f"status {process.returncode} after an interrupt at {after:.2f} s: {errors[-200:]}")
     if "Traceback" in errors:
         faults.append(f"traceback after an interrupt at {after:.2f} s: {errors[-300:]}")
+    if "leaked" in errors:
+        faults.append(f"semaphores are left after an interrupt at {after:.2f} s: {errors[-300:]}")
     if left := wait_for_orphans(folder):
         faults.append(f"processes {left} are left")
     kept = (".parts", ".checkpoint")  # with which the command continues

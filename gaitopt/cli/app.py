@@ -38,7 +38,7 @@ MODULES = {
     "trace": "trace_command",
     "impact": "impact_command",
     "tune": "feedback",
-    "push": "feedback",
+    "push": "push_command",
     "basin": "basin_command",
     "run": "run_command",
     "search": "studies",
@@ -112,9 +112,10 @@ def main(arguments: Sequence[str] | None = None, handler: Handler | None = None)
     except KeyboardInterrupt:  # between two statements of the lines above
         status = INTERRUPTED
     if status == INTERRUPTED:
-        message = describe_interrupt(invocation, written)
-        _report(words, "interrupted", message)
-        err.print(message, soft_wrap=True)
+        with record_interrupts(lambda number, frame: None):  # further interrupts must not replace the message
+            message = describe_interrupt(invocation, written)
+            _report(words, "interrupted", message)
+            err.print(message, soft_wrap=True)
     sys.exit(status)
 
 

@@ -1,4 +1,4 @@
-"""Progress on standard error: a live line on a terminal, otherwise a line after ten seconds and every half minute."""
+"""Progress on standard error: a live line on a terminal, otherwise lines at growing intervals."""
 
 import threading
 import time
@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 from gaitopt.cli.output import err, out
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
     from rich.progress import Progress, ProgressColumn
 
-FIRST, PERIOD = 10.0, 30.0
-"""Time until the first line and between two lines if standard error is not a terminal [s]."""
+FIRST, PERIOD = 3.0, 30.0
+"""Time until the first line if standard error is not a terminal, and longest time between two lines [s]; each interval
+is twice as long as the one before."""
 
 
 class Display:
@@ -23,10 +25,16 @@ class Display:
     text : str
     progress : Progress or None
         The live line of a terminal.
+
+    Attributes
+    ----------
+    active : str
+        The tasks under way, in words; empty if they are not known.
     """
 
     def __init__(self, text: str, progress: "Progress | None" = None) -> None:
         self._text, self._count, self._progress = text, "", progress
+        self.active = ""
         self._task = None if progress is None else progress.add_task(text, total=None, count="")
 
     @property
@@ -35,8 +43,8 @@ class Display:
         return f"{self._text} {self._count}".rstrip()
 
     def describe(self, text: str) -> None:
-        """Show another text, and no count."""
-        self._text, self._count = text, ""
+        """Show another text, and neither a count nor tasks under way."""
+        self._text, self._count, self.active = text, "", ""
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, description=text, total=None, count="")
 
@@ -45,6 +53,10 @@ class Display:
         self._count = f"{done}/{total}"
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, completed=done, total=total, count=self._count)
+
+    def show_active(self, names: tuple[str, ...]) -> None:
+        """Show the names of the tasks under way."""
+        self.active = f"under way: {'; '.join(names)}" if names else ""
 
 
 @contextmanager
@@ -62,13 +74,18 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
     if hidden or out.quiet:
         yield Display(text)
     elif err.is_terminal:
-        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+        from rich.live import Live
 
-        columns: list[ProgressColumn] = [SpinnerColumn(), TextColumn("{task.description}", markup=False)]
-        columns += [BarColumn()] if counted else []
-        columns += [TextColumn("{task.fields[count]}", markup=False), TimeElapsedColumn()]
-        with Progress(*columns, console=err.console, transient=True) as progress:
-            yield Display(text, progress)
+        progress = _make_bar(counted)
+        display = Display(text, progress)
+        live = Live(
+            console=err.console,
+            transient=True,
+            refresh_per_second=progress.live.refresh_per_second,
+            get_renderable=lambda: _render(progress, display),
+        )
+        with live:
+            yield display
     else:
         display, finished = Display(text), threading.Event()
         writer = threading.Thread(target=_write_lines, args=(display, finished), daemon=True)
@@ -80,9 +97,29 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
             writer.join()
 
 
+def _make_bar(counted: bool) -> "Progress":
+    """Return the live line of a terminal, with a bar if work is counted."""
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns: list[ProgressColumn] = [SpinnerColumn(), TextColumn("{task.description}", markup=False)]
+    columns += [BarColumn()] if counted else []
+    columns += [TextColumn("{task.fields[count]}", markup=False), TimeElapsedColumn()]
+    return Progress(*columns, console=err.console)
+
+
+def _render(progress: "Progress", display: Display) -> "RenderableType":
+    """Return the live line, and below it the tasks under way as one line that is cut off at the width of a terminal."""
+    from rich.console import Group
+    from rich.text import Text
+
+    below = [Text(f"  {display.active}", style="dim", no_wrap=True, overflow="ellipsis")] if display.active else []
+    return Group(progress.get_renderable(), *below)
+
+
 def _write_lines(display: Display, finished: threading.Event) -> None:
-    """Print the state of the work at regular times until it is finished."""
+    """Print the state of the work at growing intervals until it is finished."""
     began, wait = time.perf_counter(), min(FIRST, PERIOD)
     while not finished.wait(wait):
-        wait = PERIOD
-        err.print(f"{display.line} ({time.perf_counter() - began:.0f} s)", soft_wrap=True)
+        wait = min(2 * wait, PERIOD)
+        active = f", {display.active}" if display.active else ""
+        err.print(f"{display.line} ({time.perf_counter() - began:.0f} s){active}", soft_wrap=True)

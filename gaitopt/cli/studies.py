@@ -79,7 +79,9 @@ def search(
             problem,
             max_phases=max_phases,
             starts=starts,
-            execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
+            execution=team.execution(
+                display.count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
+            ),
             directory=output,
         )
     if json:
@@ -130,7 +132,9 @@ def sweep(
             sequences=_read_sequences(sequences or []),
             measures=[name.strip() for text in measures or [] for name in text.split(",")],
             starts=starts,
-            execution=team.execution(display.count, functools.partial(load_script, script.resolve())),
+            execution=team.execution(
+                display.count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
+            ),
             path=output,
         )
     if json:

@@ -10,7 +10,7 @@ from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.parallel.dask_executor import DaskExecutor
-    from gaitopt.parallel.execution import Execution, TaskObserver
+    from gaitopt.parallel.execution import ActiveObserver, Execution, TaskObserver
     from gaitopt.parallel.shared_payload import Prepare
 
 
@@ -21,11 +21,23 @@ class WorkerOptions:
     workers: int
     executor: "DaskExecutor | None" = None
 
-    def execution(self, observer: "TaskObserver", prepare: "Prepare | None" = None) -> "Execution":
+    def execution(
+        self,
+        observer: "TaskObserver",
+        prepare: "Prepare | None" = None,
+        *,
+        active_observer: "ActiveObserver | None" = None,
+    ) -> "Execution":
         """Return the execution of a study by these workers."""
         from gaitopt.parallel.execution import Execution
 
-        return Execution(workers=self.workers, executor=self.executor, prepare=prepare, observer=observer)
+        return Execution(
+            workers=self.workers,
+            executor=self.executor,
+            prepare=prepare,
+            observer=observer,
+            active_observer=active_observer,
+        )
 
 
 @contextmanager

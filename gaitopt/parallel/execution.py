@@ -12,6 +12,9 @@ from gaitopt.parameters import callable_with, instance_of, optional, whole_numbe
 TaskObserver = Callable[[int, int], None]
 """Called with (tasks done, tasks in all)."""
 
+ActiveObserver = Callable[[tuple[str, ...]], None]
+"""Called with the names of the tasks under way."""
+
 
 @check_arguments
 @frozen(kw_only=True)
@@ -29,6 +32,8 @@ class Execution:
         Called without arguments in each worker before the problem is unpickled there, to import what it needs.
     observer : callable, optional
         Called with (tasks done, tasks in all) in this process.
+    active_observer : callable, optional
+        Called in this process with the names of the tasks under way, one for each worker, when they change.
 
     Raises
     ------
@@ -48,4 +53,7 @@ class Execution:
     prepare: Prepare | None = field(default=None, validator=optional(callable_with("no arguments")))
     observer: TaskObserver | None = field(
         default=None, validator=optional(callable_with("the number of tasks done and the number of all tasks"))
+    )
+    active_observer: ActiveObserver | None = field(
+        default=None, validator=optional(callable_with("the names of the tasks under way"))
     )

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import GaitoptError
-from gaitopt.interrupts import block_interrupts
+from gaitopt.interrupts import block_interrupts, defer_interrupt
 from gaitopt.parallel.dask_executor import DaskExecutor
 from gaitopt.parallel.payload_folder import PayloadFolder
 from gaitopt.parallel.shared_payload import Prepare, SharedPayload, Work, call_in_worker, call_with_payload, init_worker
@@ -33,6 +33,10 @@ class TaskExecutor(ABC):
 
     most_deaths: int
     """Number of workers that one task, running alone, may terminate before it is abandoned."""
+
+    @abstractmethod
+    def workers(self) -> int:
+        """Return the number of tasks that run at a time; raises GaitoptError if no worker is left."""
 
     @abstractmethod
     def capacity(self) -> int:
@@ -87,13 +91,17 @@ class LocalProcesses(TaskExecutor):
             resource_tracker.ensure_running()  # started later, in block_interrupts, it would lift the block
         self._pool = self._start_pool()
 
+    def workers(self) -> int:
+        """Return the number of processes."""
+        return self._workers
+
     def capacity(self) -> int:
         """Return three tasks for two processes: few wait for this process, and few precede one that others wait for."""
         return self._workers + max(1, self._workers // 2)
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Submit a task; raises BrokenExecutor if a worker has died."""
-        with block_interrupts():  # workers start with the first task
+        with defer_interrupt(), block_interrupts():  # workers start with the first task
             return self._pool.submit(call_in_worker, self._work, self._digest, argument, needed)
 
     def fail_lost_tasks(self, futures: Iterable[Future]) -> None:
@@ -111,10 +119,11 @@ class LocalProcesses(TaskExecutor):
     def restart(self) -> None:
         """Replace the workers; raises GaitoptError if they die before they do any task."""
         for _ in range(_STARTS):
-            self._pool.shutdown(kill_workers=True)
-            self._pool = self._start_pool()
+            with defer_interrupt():
+                self._pool.shutdown(kill_workers=True)
+                self._pool = self._start_pool()
             try:
-                with block_interrupts():
+                with defer_interrupt(), block_interrupts():
                     first = self._pool.submit(os.getpid)
                 while not wait([first], POLL_INTERVAL).done:
                     self.fail_lost_tasks([first])
@@ -128,9 +137,14 @@ class LocalProcesses(TaskExecutor):
         )
 
     def shutdown(self, *, kill: bool) -> None:
-        """End the processes, with `kill` in the middle of their tasks, and remove their files."""
-        self._pool.shutdown(kill_workers=kill)
-        self._remove_files()
+        """End the processes, with `kill` in the middle of their tasks, and remove their files.
+
+        Repeated interrupts are deferred: processes that are not completely shut down leave their semaphores, of which
+        the resource tracker of loky warns.
+        """
+        with defer_interrupt():
+            self._pool.shutdown(kill_workers=kill)
+            self._remove_files()
 
     def _start_pool(self) -> "ProcessPoolExecutor":
         from loky import ProcessPoolExecutor
@@ -163,9 +177,13 @@ class ExternalExecutor(TaskExecutor):
         self._pending: set[Future] = set()
         self._dask = executor if isinstance(executor, DaskExecutor) else None
 
+    def workers(self) -> int:
+        """Return the number of workers; those of a Dask scheduler may come and go."""
+        return max(1, self._workers if self._dask is None else self._dask.count_workers())
+
     def capacity(self) -> int:
-        """Return two tasks for each worker; workers of a Dask scheduler may come and go."""
-        return 2 * max(1, self._workers if self._dask is None else self._dask.count_workers())
+        """Return two tasks for each worker."""
+        return 2 * self.workers()
 
     def submit(self, argument: Any, needed: list[Any]) -> Future:
         """Submit a task."""

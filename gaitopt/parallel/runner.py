@@ -7,8 +7,8 @@ from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, F
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from gaitopt.interrupts import InterruptRecord, hold_interrupt, record_interrupts
-from gaitopt.parallel.execution import Execution, TaskObserver
+from gaitopt.interrupts import InterruptRecord, defer_interrupt, hold_interrupt, record_interrupts
+from gaitopt.parallel.execution import ActiveObserver, Execution, TaskObserver
 from gaitopt.parallel.executors import POLL_INTERVAL, ExternalExecutor, LocalProcesses, TaskExecutor
 from gaitopt.parallel.shared_payload import Work
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
@@ -94,16 +94,17 @@ def run_tasks(
     workers, prepare = execution.workers, execution.prepare
     queue = TaskQueue(tasks, known or {}, longest_first=workers > 1)
     if execution.executor is None and (workers == 1 or len(queue) <= 1):
-        yield from _run_here(work, shared, queue, meanwhile)
+        yield from _run_here(work, shared, queue, meanwhile, execution.active_observer)
         return
-    with hold_interrupt() as interrupt:  # an interrupt while the executor is prepared would leave its files
+    with hold_interrupt() as interrupt, contextlib.ExitStack() as stack:
         executor: TaskExecutor
-        if execution.executor is None:
-            executor = LocalProcesses(workers, work, shared, prepare)
-        else:
-            executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
-        with executor:
-            yield from _run_on(executor, queue, interrupt, meanwhile)
+        with defer_interrupt():  # a second interrupt while the executor is prepared would leave files and semaphores
+            if execution.executor is None:
+                executor = LocalProcesses(workers, work, shared, prepare)
+            else:
+                executor = ExternalExecutor(execution.executor, workers, work, shared, prepare)
+            stack.enter_context(executor)
+        yield from _run_on(executor, queue, interrupt, meanwhile, execution)
     interrupt.check()  # an interrupt while the workers ended; raised now, it leaves none of their semaphores
 
 
@@ -151,13 +152,17 @@ def collect_tasks(
     return TaskReport(failures)
 
 
-def _run_here(work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | None) -> Iterator[TaskOutcome]:
+def _run_here(
+    work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | None, active_observer: ActiveObserver | None
+) -> Iterator[TaskOutcome]:
     """Do the tasks in this process; an interrupt that a task has lost is raised after it."""
     if meanwhile is not None and len(queue):
         with hold_interrupt() as interrupt:
             meanwhile(interrupt.check)
         interrupt.check()
     while (task := queue.next()) is not None:
+        if active_observer is not None:
+            active_observer((task.title,))
         with record_interrupts() as interrupt:
             try:
                 result = work(shared, task.argument, *queue.needed_results(task))
@@ -167,7 +172,11 @@ def _run_here(work: Work, shared: Any, queue: TaskQueue, meanwhile: Meanwhile | 
 
 
 def _run_on(
-    executor: TaskExecutor, queue: TaskQueue, interrupt: InterruptRecord, meanwhile: Meanwhile | None
+    executor: TaskExecutor,
+    queue: TaskQueue,
+    interrupt: InterruptRecord,
+    meanwhile: Meanwhile | None,
+    execution: Execution,
 ) -> Iterator[TaskOutcome]:
     """Keep an executor busy until no task is left.
 
@@ -184,6 +193,9 @@ def _run_on(
             if task is None:
                 break
             running[_submit(executor, queue, task)] = task
+        if execution.active_observer is not None:
+            # Tasks are submitted in advance: the earliest ones run, the others wait for a worker.
+            execution.active_observer(tuple(task.title for task in running.values())[: executor.workers()])
         if not running:
             interrupt.check()  # one during the last outcome: the workers need not be waited for
             return

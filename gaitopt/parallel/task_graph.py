@@ -22,11 +22,19 @@ class Task:
         Anything that can be pickled.
     needs : tuple of str
         Keys of earlier tasks, whose results are passed to it in this order.
+    label : str
+        Its name in displays of progress; the key by default.
     """
 
     key: str
     argument: Any = None
     needs: tuple[str, ...] = ()
+    label: str = ""
+
+    @property
+    def title(self) -> str:
+        """Name in displays of progress."""
+        return self.label or self.key
 
 
 @dataclass(frozen=True, eq=False)

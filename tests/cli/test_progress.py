@@ -45,7 +45,7 @@ def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypat
 
 def test_the_period_is_half_a_minute(error_stream):
     stream = error_stream(terminal=False)
-    assert (progress_display.FIRST, progress_display.PERIOD) == (10, 30)
+    assert (progress_display.FIRST, progress_display.PERIOD) == (3, 30)
     with progress_display.show_progress("quick", hidden=False):
         pass
     assert stream.getvalue() == ""

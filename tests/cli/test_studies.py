@@ -1,5 +1,6 @@
 """The commands on many gaits."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -115,6 +116,31 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(number, quick, folder)
     kept = len(list(folder.glob("f.nc.parts/*.h5")))
     assert f"Incomplete. {kept} optimisations (0 finished points) are kept in f.nc.parts. Run the same command" in err
     assert not load_sweep(folder / "f.nc").attrs["complete"]
+
+
+@pytest.mark.slow
+def test_repeated_interrupts_of_a_sweep_leave_no_semaphores(quick, folder):
+    """As from a key that is held: every 30 ms, from when the workers compute."""
+    words = ["sweep", quick, "--over", "friction=0.1:0.2:200", "--starts", "1", "--workers", "2", "-o", "f.nc"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gaitopt", *map(str, words)], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        deadline = time.monotonic() + 240
+        while not list(folder.glob("f.nc.parts/cold*.h5")):
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        while process.poll() is None and time.monotonic() < deadline:
+            os.killpg(process.pid, signal.SIGINT)
+            time.sleep(0.03)
+        _, err = process.communicate(timeout=240)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 130
+    assert "leaked" not in err
+    assert "Traceback" not in err
 
 
 @pytest.mark.slow

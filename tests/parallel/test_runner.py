@@ -13,10 +13,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from loky import ProcessPoolExecutor
 
 from gaitopt import Execution, GaitoptError, InputError
 from gaitopt.errors import ScriptError
-from gaitopt.parallel.executors import ExternalExecutor
+from gaitopt.parallel.executors import ExternalExecutor, LocalProcesses
+from gaitopt.parallel.payload_folder import PayloadFolder
 from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task, TaskOutcome, TaskQueue
 from tests.parallel import works
@@ -269,6 +271,39 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
         )
     assert report.interrupted
     assert stored == {"square": 100, "cube": 1000}
+
+
+@pytest.mark.parametrize(("owner", "name"), [(ProcessPoolExecutor, "shutdown"), (LocalProcesses, "_start_pool")])
+def test_repeated_interrupts_do_not_leave_workers_half_started_or_half_ended(monkeypatch, owner, name):
+    """The second one is raised where it comes, by default; the semaphores of the workers would be left."""
+    former, completed, folders = getattr(owner, name), [], []
+    remove = PayloadFolder.remove
+
+    def interrupted(*arguments, **options):
+        for _ in range(2):
+            signal.raise_signal(signal.SIGINT)
+        result = former(*arguments, **options)
+        completed.append(name)
+        return result
+
+    monkeypatch.setattr(owner, name, interrupted)
+    monkeypatch.setattr(PayloadFolder, "remove", lambda folder: (folders.append(folder.path), remove(folder)))
+    with pytest.raises(KeyboardInterrupt):
+        results(works.add, chain(4), 0, execution=TWO)
+    assert completed == [name]
+    assert len(folders) == 1
+    assert not folders[0].exists()
+
+
+def test_the_tasks_under_way_are_reported_one_for_each_worker():
+    seen, tasks = [], [Task(str(number), number, label=f"point {number}") for number in range(3)]
+    results(works.add, tasks, 0, execution=Execution(active_observer=seen.append))
+    assert seen == [("point 0",), ("point 1",), ("point 2",)]
+    seen.clear()
+    results(works.add, [*tasks, Task("last", 3)], 0, execution=Execution(workers=2, active_observer=seen.append))
+    assert seen[0] == ("point 0", "point 1")  # the third task is submitted in advance and waits
+    assert all(len(names) <= 2 for names in seen)
+    assert seen[-1] == ()
 
 
 def test_an_interrupt_during_the_last_outcome_does_not_wait_for_the_workers(monkeypatch):

@@ -74,7 +74,7 @@ def search_planar_sequences(
             problems[sequence] = problem.replace(sequence=sequence)
         except InputError as error:
             findings.append(RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=str(error)))
-    tasks = [Task(name_file(sequence), (sequence, starts)) for sequence in problems]
+    tasks = [Task(name_file(sequence), (sequence, starts), label=str(sequence)) for sequence in problems]
     running = run_tasks(_solve, tasks, problem, known=kept, execution=execution)
     lost = collect_tasks(running, kept, tasks, execution.observer).failures
     for sequence in problems:

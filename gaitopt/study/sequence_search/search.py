@@ -183,10 +183,11 @@ def plan_search(sequences: Sequence[ContactSequence], starts: int) -> list[Task]
         for sequence in sequences
     }
     first = [
-        Task(_first(sequence), (sequence, starts), tuple(map(_first, shorter[sequence]))) for sequence in sequences
+        Task(_first(sequence), (sequence, starts), tuple(map(_first, shorter[sequence])), str(sequence))
+        for sequence in sequences
     ]
     return first + [
-        Task(file_name_of(sequence), (sequence, 0), tuple(map(_first, (sequence, *near[sequence]))))
+        Task(file_name_of(sequence), (sequence, 0), tuple(map(_first, (sequence, *near[sequence]))), str(sequence))
         for sequence in sequences
     ]
 

@@ -120,6 +120,13 @@ class SweepGrid:
         units = {parameter.name: parameter.unit for parameter in self.problem.robot.parameters}
         return FIELDS.get(axis) or units[axis]
 
+    def describe(self, point: SweepPoint) -> str:
+        """Return the values of the axes at a point, and its contact sequence if there are several."""
+        units = {name: "" if self.unit(name) == "1" else f" {self.unit(name)}" for name in self.axes}
+        axes = zip(self.axes.items(), point.index, strict=True)
+        texts = [f"{name} {values[i]:.6g}{units[name]}" for (name, values), i in axes]
+        return ", ".join([*texts, f"'{self.sequences[point.sequence]}'"] if len(self.sequences) > 1 else texts)
+
     def problem_at(self, point: SweepPoint) -> Any:
         """Return the problem of a point, of the kind of the problem of the grid.
 
@@ -157,18 +164,21 @@ def plan_sweep(grid: SweepGrid) -> list[Task]:
     behind = {point: [p for p in _neighbours(point, +1) if p in possible] for point in points}
     spread = {point for point in points if _is_spread(point.index, grid.shape[1:])}
     cold = {point for point in points if point in spread or not before[point] or not behind[point]}
-    made = [_task("cold", point) for point in sorted(cold, key=lambda point: point.index)]
+    made = [_task(grid, "cold", point) for point in sorted(cold, key=lambda point: point.index)]
     for kind, neighbours, ordered in (("forward", before, points), ("backward", behind, points[::-1])):
         for point in sorted(ordered, key=lambda p: sum(p.index), reverse=kind == "backward"):
             inputs = [(kind, other) for other in neighbours[point]]
             inputs += [("forward", point)] * (kind == "backward") + [("cold", point)] * (point in cold)
-            made.append(_task(kind, point, *inputs))
-    return made + [_task("point", point, ("forward", point), ("backward", point)) for point in points]
+            made.append(_task(grid, kind, point, *inputs))
+    return made + [_task(grid, "point", point, ("forward", point), ("backward", point)) for point in points]
 
 
-def _task(kind: str, point: SweepPoint, *inputs: tuple[str, SweepPoint]) -> Task:
+def _task(grid: SweepGrid, kind: str, point: SweepPoint, *inputs: tuple[str, SweepPoint]) -> Task:
     return Task(
-        f"{kind}-{point.name}", SweepTask(kind, point, inputs), tuple(f"{kind}-{other.name}" for kind, other in inputs)
+        f"{kind}-{point.name}",
+        SweepTask(kind, point, inputs),
+        tuple(f"{kind}-{other.name}" for kind, other in inputs),
+        f"{grid.describe(point)}{' (replay)' if kind == 'point' else ''}",
     )
 
 

@@ -76,7 +76,7 @@ def measure_gaits(
     execution : Execution
     """
     solved = {point.name: (point, gait) for point, gait in gaits.items() if gait.status.ok}
-    tasks = [Task(name, gait) for name, (_, gait) in solved.items()]
+    tasks = [Task(name, gait, label=f"{grid.describe(point)} (measures)") for name, (point, gait) in solved.items()]
     results: dict[str, dict[str, Any]] = {}
     running = run_tasks(_measure_gait, tasks, tuple(measures), execution=execution)
     lost: dict[str, str] = {}
