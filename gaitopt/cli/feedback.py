@@ -1,35 +1,21 @@
-"""Commands on feedback: tune, push."""
+"""The command that tunes feedback."""
 
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gaitopt.cli.feedback_output import (
-    endurance_facts,
-    interrupt_text,
-    print_endurance,
-    print_tuning,
-    print_unstable,
-    tuning_facts,
-)
-from gaitopt.cli.law_option import OPEN_LOOP, design_for, law_of_gait, law_title
+from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unstable, tuning_facts
+from gaitopt.cli.law_option import design_for
 from gaitopt.cli.options import (
-    DisturbedSteps,
     Evaluations,
     Frictions,
     GainsOutput,
-    GainValues,
     Json,
-    LawName,
-    PushOutput,
-    PushRadius,
     PushStarts,
     Quiet,
     RobotScript,
-    Scheduler,
     Sensitivity,
     Source,
     StanceAngle,
@@ -37,23 +23,13 @@ from gaitopt.cli.options import (
     TunableLaw,
     Verbose,
     VerificationSteps,
-    Workers,
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
-from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
-    from gaitopt.control.law import Law
-    from gaitopt.control.planar_laws.planar_law import PlanarLaw
-    from gaitopt.model.planar.planar_robot import PlanarRobot
-    from gaitopt.model.robot import Robot
     from gaitopt.motion.planar_gait import AnyGait
-    from gaitopt.stability.cycle import Cycle
-    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
-    from gaitopt.stability.recovery import PushTest, Recovery
-    from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.tuning.controller_family import ControllerFamily
     from gaitopt.tuning.record import Tuning
 
@@ -99,11 +75,12 @@ def tune(
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
+        family = _family_of(gait, law, torque_limit, stance_angle)  # raises an error before the plan is printed
         _recommend_engine(gait, hidden=json)
         announcement.begin()
         tuned = tune_feedback(
             gait,
-            _family_of(gait, law, torque_limit, stance_angle),
+            family,
             objective=SensitivityNorm() if sensitivity else SpectralRadius(),
             frictions=tuple(friction or ()),
             search=search,
@@ -158,116 +135,3 @@ def _progress(step: TuningStep | VerificationStep) -> str:
         return f"verifying: pushes up to {step.radius:.3g} rad/s, {step.walks} of {step.starts} walks"
     limit = f" of at most {step.limit}" if step.limit else ""
     return f"evaluation {step.number:3d}{limit}   lowest {step.best:.4f}"
-
-
-def push(
-    file: Source,
-    problem: RobotScript = None,
-    law: LawName = OPEN_LOOP,
-    gain: GainValues = None,
-    torque_limit: TorqueLimit = None,
-    stance_angle: StanceAngle = False,
-    steps: DisturbedSteps = 50,
-    starts: PushStarts = 50,
-    ball: PushRadius = 0.1,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    output: PushOutput = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
-
-    After a touchdown, a push changes the state in a random direction; a size is survived if the walker returns to the
-    gait after all random pushes of at most this size.  The slope is a change relative to that of the gait, for all
-    steps.  The loss of friction, called friction patch in the results, lasts for the first five steps of the walk;
-    --patch of 'gaitopt simulate' states the friction itself instead.  The noise is the standard deviation of a
-    random torque on each actuator, and the delay is the age of the state that the law receives.
-
-    For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
-    the ground; the noise acts on the actuators with a planned torque.  The problem script is accepted in place of the
-    gait file, and is solved first.
-
-    The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
-    takes, are reported in open loop (torques replayed) and under the law.
-
-    Example: gaitopt push compass_slip.h5 --law lqr
-    """
-    from gaitopt.cli.script import load_feedback_gait
-    from gaitopt.stability.assessment import assess_stability
-    from gaitopt.stability.recovery import PushTest
-    from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
-
-    began = time.perf_counter()
-    gait = load_feedback_gait(file, problem)
-    chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
-    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
-    with worker_options(workers, scheduler) as team:
-        margins = _margins_of(gait.robot, chosen, cycle, steps, test, team, hidden=json)
-    basins = _basins(gait, {title: chosen, "open loop": law_of_gait(gait, OPEN_LOOP)}, ball, test, hidden=json)
-    record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, margins=margins, recoveries=basins)
-    written = None if output is None else save_robustness(record, output)
-    facts = {
-        "law": title,
-        "engine": _engine_of(chosen, gait),
-        "radius": cycle.radius,
-        "steps": steps,
-        **endurance_facts(margins, ball, basins["open loop"], basins[title]),
-        "seconds": time.perf_counter() - began,
-    }
-    if json:
-        print_json(facts)
-        return
-    print_endurance(facts, basins)
-    if written is not None:
-        report_file(written)
-
-
-def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
-    """Return the name of the engine that simulates the walks of a gait."""
-    from gaitopt.control.law import Law
-    from gaitopt.motion.gait import Gait
-    from gaitopt.simulation.engine_choice import default_engine, planar_engine_named
-
-    if isinstance(gait, Gait) and isinstance(law, Law):
-        return default_engine(law, gait.robot).name
-    return planar_engine_named().name
-
-
-def _basins(
-    gait: "AnyGait", laws: "dict[str, Law | PlanarLaw]", ball: float, test: "PushTest", *, hidden: bool
-) -> "dict[str, Recovery | None]":
-    """Return the recovery of a gait from a ball of pushes under each law; None if it has no periodic gait."""
-    from gaitopt.stability.gait_recovery import measure_gait_recovery
-
-    basins = {}
-    with show_progress("pushes", hidden=hidden) as display:
-        for name, law in laws.items():
-            display.describe(f"pushes up to {ball:g} rad/s, {name}")
-            basins[name] = measure_gait_recovery(gait, law, ball, test)
-    return basins
-
-
-def _margins_of(
-    robot: "Robot | PlanarRobot",
-    law: "Law | PlanarLaw",
-    cycle: "Cycle | PlanarCycle",
-    steps: int,
-    test: "PushTest",
-    team: WorkerOptions,
-    *,
-    hidden: bool,
-) -> "tuple[RobustnessMargins, ...]":
-    """Return the largest disturbances of each kind that a gait survives under a law."""
-    from gaitopt.study.robustness.robustness_margins import WalkTest, assess_robustness
-
-    with show_progress("disturbances", hidden=hidden, counted=True) as display:
-        return assess_robustness(
-            robot,
-            law,
-            cycle,
-            walking=WalkTest(steps=steps),
-            test=test,
-            execution=team.execution(display.count),
-        )

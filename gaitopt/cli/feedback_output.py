@@ -2,23 +2,42 @@
 
 import dataclasses
 import math
+import shlex
 import statistics
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from gaitopt.cli.law_option import OPEN_LOOP
+from gaitopt.cli.options import LAWS
 from gaitopt.cli.output import err, out, verdict_text
-from gaitopt.motion.printable import format_count
+from gaitopt.motion.printable import format_count, format_radius
 from gaitopt.motion.summary import plain
+from gaitopt.status import Stop
 
 if TYPE_CHECKING:
     from gaitopt.stability.recovery import Recovery
-    from gaitopt.study.robustness.robustness_margins import RobustnessMargins
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
     from gaitopt.tuning.record import Tuning
 
+RECOVERY = "recovery"
+"""Name of the test that measures the fraction of pushes in a ball after which the walker returns."""
+
+ENDS = {
+    Stop.FELL.key: "the walker falls",
+    Stop.LIFT_OFF.key: "the stance foot lifts off",
+    Stop.DOUBLE_SUPPORT.key: "no touchdown with the landing foot alone is possible",
+    Stop.NO_TOUCHDOWN.key: "the swing foot does not touch down",
+    Stop.MUST_SLIP.key: "a foot on ground of infinite friction would slip",
+    Stop.TOO_MANY_EVENTS.key: "a foot chatters or the robot spins",
+    Stop.AMBIGUOUS.key: "the contact forces are ambiguous",
+    Stop.INCONSISTENT.key: "no contact forces are possible",
+}
+"""Ends of walks in words."""
 
 UNITS = {"friction patch": "coefficient of friction"}
 """Texts in the column of units, for kinds of disturbances without a unit."""
@@ -47,6 +66,7 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
                 "tolerance": tuned.verified.tolerance,
                 "failure": tuned.verified.failure,
                 "failures": dict(tuned.verified.failures),
+                "ends": dict(tuned.verified.ends),
                 "interrupted": tuned.verified.interrupted,
             },
             "evaluations": tuned.evaluations,
@@ -72,7 +92,7 @@ def print_tuning(tuned: "Tuning") -> None:
         sides = ", ".join(f"{name} (at its {side} bound)" for name, side in tuned.at_bounds.items())
         table.add_row("search bounds", Text(f"{sides}: wider bounds may improve the law", style="yellow"))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
-    radii = f"{tuned.radius_before:.4g} in open loop, {tuned.radius_after:.4g} under the law, "
+    radii = f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius_after)} under the law, "
     worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""
     table.add_row("spectral radius", Text.assemble(radii, verdict, (worse, "yellow")))
     if tuned.cycle is not None:
@@ -92,6 +112,7 @@ def print_tuning(tuned: "Tuning") -> None:
 
 def _describe_poor_recovery(tuned: "Tuning") -> str:
     """Return a warning on a gait that recovers from negligible pushes only, and its remedies."""
+    from gaitopt.stability.recovery import NEGLIGIBLE_PUSH
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
     verified = tuned.verified
@@ -104,12 +125,33 @@ def _describe_poor_recovery(tuned: "Tuning") -> str:
             f"Python PushTest(steps={2 * verified.steps})"
         )
     outcomes = {ENDED: "end the walk", LEFT: "lead away from the gait"}
-    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait")
+    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + _count_ends(verified)
+    recovered = f"at most {verified.radius:.2g} rad/s" if verified.radius else "none of the tested ones"
     return (
-        f"the law stabilises the gait, but it recovers only from negligible pushes: {pushes} already {outcome}. If a "
-        "foot force or an impulse is close to the boundary of its friction cone, plan the gait with margins, such as "
-        "Margins(cone=0.05, impact_cone=0.1); otherwise use another law or a larger --torque-limit"
+        f"the law stabilises the gait, but it recovers only from negligible pushes ({recovered}; pushes below "
+        f"{NEGLIGIBLE_PUSH:g} rad/s are negligible, since rates of legs are of the order of 1 rad/s): {pushes} already "
+        f"{outcome}. If a foot force or an impulse is close to the boundary of its friction cone, plan the gait with "
+        "margins, such as Margins(cone=0.05, impact_cone=0.1); otherwise tune another law "
+        f"({_list_other_laws(tuned)}), tune with a larger --torque-limit, or tune with --sensitivity, which minimises "
+        "the sensitivity of the gait to disturbances instead of the spectral radius. gaitopt push tests disturbances "
+        "other than pushes, too"
     )
+
+
+def _list_other_laws(tuned: "Tuning") -> str:
+    """Return the options that select the laws other than the tuned one."""
+    from gaitopt.cli.planar_law_option import PLANAR_LAWS
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
+
+    laws = PLANAR_LAWS if isinstance(tuned.law, PlanarLaw) else LAWS
+    return ", ".join(f"--law {law}" for law in laws if law not in (OPEN_LOOP, tuned.family))
+
+
+def _count_ends(verified: "Recovery") -> str:
+    """Return how the walks that end do so with their numbers, in parentheses; empty if they were not counted."""
+    ends = sorted(verified.ends.items(), key=lambda item: -item[1])
+    texts = [f"{ENDS.get(key, key.replace('_', ' '))}: {count}" for key, count in ends]
+    return f" ({', '.join(texts)})" if texts else ""
 
 
 def _count_failures(verified: "Recovery") -> str:
@@ -151,7 +193,7 @@ def print_unstable(tuned: "Tuning") -> None:
     """Report that no gains stabilise a gait, and the smallest spectral radius that was reached."""
     reached = "no periodic gait was found near the plan for any of the gains"
     if tuned.cycle is not None:
-        reached = f"the smallest spectral radius is {tuned.radius_after:.4g}"
+        reached = f"the smallest spectral radius is {format_radius(tuned.radius_after)}"
     message = f" by {tuned.family} within its torque limits: {reached}"
     err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
@@ -169,21 +211,33 @@ def recovery_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
     }
 
 
-def endurance_facts(
-    survived: "Sequence[RobustnessMargins]", ball: float, before: "Recovery | None", after: "Recovery | None"
-) -> dict[str, Any]:
+def endurance_facts(record: "RobustnessRecord", ball: float) -> dict[str, Any]:
     """Return the disturbances survived, and the recovery from a ball of pushes in open loop and under the law."""
     return {
-        "survived": [dataclasses.asdict(each) for each in survived],
+        "survived": [dataclasses.asdict(each) for each in record.margins],
         "push_radius": ball,
-        "basin_before": recovery_facts(before),
-        "basin_after": recovery_facts(after),
+        "basin_before": recovery_facts(record.recoveries.get("open loop")),
+        "basin_after": recovery_facts(record.recoveries.get(record.law)),
+        "missing": list(record.missing),
     }
+
+
+def resume_text(missing: Sequence[str], output: Path | None) -> str:
+    """Return how the kinds of disturbances are tested that an interrupt left without result.
+
+    Examples
+    --------
+    >>> resume_text(["torque noise", "recovery"], None)
+    "The same command with --kind 'torque noise' --kind recovery tests what is missing."
+    """
+    options = " ".join(f"--kind {shlex.quote(kind)}" for kind in missing)
+    file = f" and an output file other than {output}" if output else ""
+    return f"The same command with {options}{file} tests what is missing."
 
 
 def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
-    title = f"{facts['law']}: spectral radius {facts['radius']:.4f}"
+    title = f"{facts['law']}: spectral radius {format_radius(facts['radius'])}"
     recovery = next((each for each in basins.values() if each is not None), None)
     limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
     steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
@@ -196,7 +250,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-) instead of one that is not survived: the largest disturbance tried is survived."
     kinds = {each["kind"] for each in facts["survived"]}
-    if "torque noise" in kinds and "sensor delay" not in kinds:
+    is_complete = bool(basins) and kinds >= {"push", "downhill slope", "uphill slope"} and not facts.get("missing")
+    if is_complete and "torque noise" in kinds and "sensor delay" not in kinds:
         caption += " No sensor delay: the law does not read the state."
     table = Table(
         box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
@@ -206,13 +261,15 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     for each in facts["survived"]:
         failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
         table.add_row(each["kind"], f"{each['survived']:.4g}", failed, UNITS.get(each["kind"], each["unit"]))
-    out.print(table)
+    out.print(table if facts["survived"] else title)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"
         if recovery is not None:
             share = f"{recovery.returned} of {recovery.starts}"
             text = f"{share} walks return after pushes up to {recovery.radius:g} rad/s{_settling(recovery)}"
         out.print(f"{name}: {text}", soft_wrap=True)
+    if missing := facts.get("missing"):
+        out.print(f"not tested, since the test was interrupted: {', '.join(missing)}", soft_wrap=True)
 
 
 def _settling(recovery: "Recovery") -> str:

@@ -284,6 +284,16 @@ PushRadius = Annotated[
         help="Radius of the ball of pushes for which the fraction of recoveries is reported [rad/s].",
     ),
 ]
+Disturbances = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--kind",
+        metavar="KIND",
+        help="Kind of disturbance to test (repeatable): push, downhill slope, uphill slope, friction patch, torque "
+        "noise, sensor delay; recovery for the fraction of pushes in a ball.",
+        show_default="all",
+    ),
+]
 
 # Where and how walks and solves are computed.
 EngineName = Annotated[

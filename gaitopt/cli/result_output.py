@@ -8,7 +8,7 @@ from rich.table import Table
 
 from gaitopt.cli.output import out
 from gaitopt.errors import InputError
-from gaitopt.motion.printable import format_count
+from gaitopt.motion.printable import format_count, format_radius
 from gaitopt.motion.summary import plain
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def robustness_facts(record: "RobustnessRecord") -> dict[str, Any]:
     """Return the facts of a push test, with the names of the command push where they are the same."""
     from gaitopt.cli.feedback_output import recovery_facts
 
-    facts = {"law": record.law, "radius": record.radius, "steps": record.steps}
+    facts = {"law": record.law, "radius": record.radius, "steps": record.steps, "missing": list(record.missing)}
     survived = [vars(margin) for margin in record.margins]
     recoveries = {name: recovery_facts(recovery) for name, recovery in record.recoveries.items()}
     return plain(facts | {"survived": survived, "recoveries": recoveries})
@@ -137,7 +137,10 @@ def print_gains(tuned: "TunedGains") -> None:
     table.add_row("law", tuned.family)
     gains = ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items())
     table.add_row(*tabulate_gains(tuned.family, gains))
-    table.add_row("spectral radius", f"{tuned.radius_before:.4g} in open loop, {tuned.radius:.4g} under the law")
+    table.add_row(
+        "spectral radius",
+        f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius)} under the law",
+    )
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))
     out.print(table)

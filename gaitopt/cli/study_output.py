@@ -14,6 +14,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
+from gaitopt.study.storage.failure_reason import PENDING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -156,7 +157,7 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
     for name in (*axes, "sequence", cost, *measured):
         shown.add_column(_header(table, name), no_wrap=True)
     sequences = [str(sequence) for sequence in table.sequence.values]
-    for index in np.ndindex(*table.lowest_sequence.shape):
+    for index in _computed_points(table):
         cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
         lowest = str(table.lowest_sequence.values[index])
         if not lowest:
@@ -176,13 +177,27 @@ def _describe_value(table: "xr.Dataset", name: str, at: tuple[int, ...]) -> str:
 def print_sweep(table: "xr.Dataset") -> None:
     """Print the objective of each sequence over the axes, the lowest in green, and the reasons of failures."""
     axes = [str(name) for name in table.status.dims if name != "sequence"]
-    sequences = [str(sequence) for sequence in table.sequence.values]
-    if "lowest_sequence" in table and (_name_measures(table) or len(sequences) > MOST_COLUMNS):
+    several = table.sizes["sequence"] > MOST_COLUMNS
+    computed = bool(_computed_points(table))
+    if computed and "lowest_sequence" in table and (_name_measures(table) or several):
         _print_lowest(table, axes)
-    if len(sequences) > MOST_COLUMNS:
-        _print_reasons(table)
-        return
-    name_of_cost = _cost_variable(table)
+    if computed and not several:
+        _print_costs(table, axes)
+    _print_reasons(table)
+    if pending := int((table.status.values == PENDING).sum()):
+        each = ", each contact sequence separately" if table.sizes["sequence"] > 1 else ""
+        out.print(f"{pending} of {format_count(table.status.size, 'point')} not yet computed{each}")
+
+
+def _computed_points(table: "xr.Dataset") -> list[tuple[int, ...]]:
+    """Return the indices along the axes of the points that are computed for a contact sequence at least."""
+    pending = (table.status.values == PENDING).all(axis=0)
+    return [index for index in np.ndindex(*pending.shape) if not pending[index]]
+
+
+def _print_costs(table: "xr.Dataset", axes: list[str]) -> None:
+    """Print the objective of each sequence at the computed points, the lowest in green."""
+    sequences, name_of_cost = [str(sequence) for sequence in table.sequence.values], _cost_variable(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title=_header(table, name_of_cost), title_justify="left")
     for name in axes:
         unit = table[name].attrs.get("units", "1")
@@ -190,8 +205,8 @@ def print_sweep(table: "xr.Dataset") -> None:
     for sequence in sequences:
         shown.add_column(sequence, no_wrap=True)
     cost, status = table[name_of_cost].values, table.status.values
-    for index in np.ndindex(*cost.shape[1:]):
-        column = cost[(slice(None), *index)]
+    for index in _computed_points(table):
+        column = np.moveaxis(cost, 0, -1)[index]
         least = np.nanmin(column) if np.any(np.isfinite(column)) else np.nan
         cells: list[str | Text] = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
         for number, value in enumerate(column):
@@ -201,7 +216,6 @@ def print_sweep(table: "xr.Dataset") -> None:
                 cells.append(Text(str(status[(number, *index)]), style="red"))
         shown.add_row(*cells)
     out.print(shown)
-    _print_reasons(table)
 
 
 def first_reason(table: "xr.Dataset") -> str:
@@ -213,7 +227,7 @@ def _print_reasons(table: "xr.Dataset") -> None:
     """Print the first reasons why points of a sweep have no gait, with these points."""
     places: dict[str, list[str]] = {}
     for at in np.ndindex(*table.reason.shape):
-        if reason := str(table.reason.values[at]):
+        if table.status.values[at] != PENDING and (reason := str(table.reason.values[at])):
             places.setdefault(reason, []).append(_describe_point(table, at))
     for reason, points in list(places.items())[:5]:
         more = f" and {format_count(len(points) - MOST_POINTS, 'more point')}" if len(points) > MOST_POINTS else ""

@@ -1,4 +1,4 @@
-"""Texts of users and files in output: without control characters, as names of columns, and counts with their nouns."""
+"""Texts in output: of users without control characters, names of columns, counts with their nouns, and radii."""
 
 import re
 
@@ -10,6 +10,10 @@ _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+)")
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 """Superscripts of the minus sign and of the digits."""
+
+LEAST_RADIUS = 1e-4
+"""Spectral radius below which only this bound is printed: the return map is then that of a dead-beat law, and its
+multipliers are roots of rounding errors."""
 
 
 def replace_controls(text: str) -> str:
@@ -32,6 +36,17 @@ def format_count(number: int, noun: str, plural: str = "") -> str:
     ('1 step', '0 steps', '2 branches')
     """
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def format_radius(radius: float) -> str:
+    """Return a spectral radius with four digits; a radius near 0, whose digits are rounding errors, as its bound.
+
+    Examples
+    --------
+    >>> format_radius(0.71432), format_radius(3e-7), format_radius(0.0)
+    ('0.7143', 'below 1e-4', 'below 1e-4')
+    """
+    return f"{radius:.4g}" if not radius < LEAST_RADIUS else f"below {LEAST_RADIUS:.0e}".replace("e-0", "e-")
 
 
 def typeset_powers(text: str) -> str:

@@ -69,13 +69,16 @@ def plot_robustness(
     columns = 1 if style.width < NARROW else 2
     rows = -(-len(kinds) // columns)
     height = rows * (ROW_HEIGHT + BAR_HEIGHT * len(tests) + 0.2)
-    with style.figure(height + 0.5 + RETURN_HEIGHT * bool(returns)) as figure:
-        grid = figure.add_gridspec(1 + bool(returns), 1, height_ratios=[height, RETURN_HEIGHT][: 1 + bool(returns)])
-        inner = grid[0].subgridspec(rows, columns)
+    heights = [height] * bool(kinds) + [RETURN_HEIGHT] * bool(returns)
+    if not heights:
+        raise InputError("These push tests contain neither a disturbance survived nor a recovery.")
+    with style.figure(sum(heights) + 0.5) as figure:
+        grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+        inner = grid[0].subgridspec(max(rows, 1), columns)
         for number, kind in enumerate(kinds):
             _draw_kind(figure.add_subplot(inner[number % rows, number // rows], label=kind), kind, tests)
         if returns:
-            _draw_returns(figure.add_subplot(grid[1], label="return"), returns, style.width)
+            _draw_returns(figure.add_subplot(grid[-1], label="return"), returns, style.width)
         if kinds:
             _add_key(figure, tests, style.width)
     return figure

@@ -12,6 +12,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.section import Section
 from gaitopt.stability.section_walk import natural_rate
+from gaitopt.status import Stop
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
@@ -41,6 +42,10 @@ class PushedWalk(Protocol):
         """Return the state after the next step, or None if the walk ends."""
         ...
 
+    def find_stop(self, state: Any) -> Stop | None:
+        """Return the reason why the next step is not completed; None if it is."""
+        ...
+
     def distance(self, state: Any) -> float:
         """Return the largest difference of a state from that of the gait."""
         ...
@@ -62,6 +67,10 @@ class SinglePushedWalk:
     def take_step(self, state: Array) -> Array | None:
         """Return the state after the next step, or None."""
         return self._walker.walk_step(state).following
+
+    def find_stop(self, state: Array) -> Stop | None:
+        """Return the reason why the next step is not completed, or None."""
+        return self._walker.walk_step(state).stop
 
     def distance(self, state: Array) -> float:
         """Return the largest difference from the gait."""

@@ -1,6 +1,7 @@
 """Recovery of periodic gaits from pushes, tested in the event-driven simulator."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from dataclasses import field as entry
@@ -19,7 +20,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
-from gaitopt.stability.unreturned_walk import classify_unreturned_walk, summarise_failures
+from gaitopt.stability.unreturned_walk import ENDED, classify_unreturned_walk, find_end, summarise_failures
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
@@ -71,6 +72,8 @@ class Recovery:
     failures : dict of str to int
         Number of these starts by reason: ``"ended"`` if the walk ended, ``"left"`` if its distance from the gait did
         not decrease, ``"slow"`` if it decreased.
+    ends : dict of str to int
+        Number of the walks that ended by the key of their :class:`gaitopt.Stop`, such as ``"lift_off"``.
 
     Examples
     --------
@@ -88,6 +91,7 @@ class Recovery:
     interrupted: bool = False
     failure: str = ""
     failures: Mapping[str, int] = entry(default_factory=dict)
+    ends: Mapping[str, int] = entry(default_factory=dict)
 
     @property
     def complete(self) -> bool:
@@ -237,9 +241,9 @@ def find_largest_recovery(
             break
     if math.isinf(beyond) or best.radius >= NEGLIGIBLE_PUSH:
         return replace(best, beyond=beyond)
-    failures, complete = _count_failures(walk, beyond, test, observer, interrupt)
+    failures, ends, complete = _count_failures(walk, beyond, test, observer, interrupt)
     failure = summarise_failures(failures)
-    return replace(best, beyond=beyond, failure=failure, failures=failures, interrupted=not complete)
+    return replace(best, beyond=beyond, failure=failure, failures=failures, ends=ends, interrupted=not complete)
 
 
 def _count_failures(
@@ -248,18 +252,24 @@ def _count_failures(
     test: PushTest,
     observer: WalkObserver | None,
     interrupt: InterruptRecord | None,
-) -> tuple[dict[str, int], bool]:
-    """Return the number of starts of a ball that do not return, by reason, and whether all starts were tested."""
-    counts: dict[str, int] = {}
+) -> tuple[dict[str, int], dict[str, int], bool]:
+    """Count the starts of a ball that do not return.
+
+    Return their numbers by reason, those of the walks that end by stop, and whether all starts were tested.
+    """
+    counts, ends = Counter[str](), Counter[str]()
     for number, push in enumerate(draw_from_ball(walk.spread, test), start=1):
         if interrupt is not None and interrupt.received:
-            return counts, False
+            return dict(counts), dict(ends), False
         if _count_settling_steps(walk, radius * push, test) is None:
             reason = classify_unreturned_walk(walk, radius * push, test.steps)
-            counts[reason] = counts.get(reason, 0) + 1
+            counts[reason] += 1
+            stop = find_end(walk, radius * push, test.steps) if reason == ENDED else None
+            if stop is not None:
+                ends[stop.key] += 1
         if observer is not None:
             observer(VerificationStep(radius, number, test.starts))
-    return counts, True
+    return dict(counts), dict(ends), True
 
 
 def _make_recovery(test: PushTest, radius: float, returned: int, settling: tuple[int, ...]) -> Recovery:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from gaitopt.motion.motion import Array
 from gaitopt.stability.pushed_walk import PushedWalk
+from gaitopt.status import Stop
 
 ENDED, LEFT, SLOW = "ended", "left", "slow"
 """The walk ends; its distance from the gait does not decrease; it decreases, but the walk has too few steps."""
@@ -45,3 +46,22 @@ def summarise_failures(counts: Mapping[str, int]) -> str:
     if counts.get(ENDED) or counts.get(LEFT):
         return ENDED if counts.get(ENDED, 0) >= counts.get(LEFT, 0) else LEFT
     return SLOW if counts.get(SLOW) else ""
+
+
+def find_end(walk: PushedWalk, push: Array, steps: int) -> Stop | None:
+    """Return the reason why a walk of a number of steps ends; None if it is completed.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> falling = SimpleNamespace(begin=float, take_step=lambda state: None, find_stop=lambda state: Stop.FELL)
+    >>> find_end(falling, 1.0, 4)
+    <Stop.FELL: 'The walker fell.'>
+    """
+    state = walk.begin(push)
+    for _ in range(steps):
+        following = walk.take_step(state)
+        if following is None:
+            return walk.find_stop(state)
+        state = following
+    return None

@@ -79,7 +79,7 @@ def test_tune_prints_what_was_found(capsys):
     assert facts["verified"]["push_radius"] > 0
     assert list(facts) == KEYS
     numbers = {"starts", "returned", "push_radius", "steps", "tolerance"}
-    assert set(facts["verified"]) == numbers | {"failure", "failures", "interrupted"}
+    assert set(facts["verified"]) == numbers | {"failure", "failures", "ends", "interrupted"}
     assert facts["verified"]["steps"] == 30
 
 
@@ -94,7 +94,7 @@ def test_a_gait_that_cannot_be_held_is_reported(capsys):
     assert (facts["worse_than_open_loop"], facts["sequence"]) == (True, "")
     assert facts["planned_sequence"] == "slip+ stick | slip+"
     counts = {"starts": 1, "returned": 0, "push_radius": 0.0, "steps": 30, "tolerance": 1e-4}
-    assert facts["verified"] == counts | {"failure": "", "failures": {}, "interrupted": False}
+    assert facts["verified"] == counts | {"failure": "", "failures": {}, "ends": {}, "interrupted": False}
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])

@@ -51,6 +51,7 @@ from gaitopt.stability.section import Section
 from gaitopt.status import Status
 from gaitopt.study.comparison import compare
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait
+from gaitopt.study.storage.failure_reason import UNFINISHED
 from gaitopt.tuning.controller_family import FamilySettings
 from gaitopt.tuning.record import Tuning
 from gaitopt.tuning.tuning_file import TunedGains
@@ -120,6 +121,7 @@ def lowest():
     table = xr.Dataset({"cost_of_transport": (("sequence", "speed"), [[0.02, math.nan]], {"units": "1"})}, axes)
     table["recovered_push"] = table.cost_of_transport.assign_attrs(units="rad/s")
     table["lowest_sequence"] = ("speed", ["stick | stick", ""])
+    table["status"] = (("sequence", "speed"), [["solved", "infeasible"]])
     study_output._print_lowest(table, ["speed"])
 
 
@@ -308,7 +310,7 @@ TABLES = {
     "print_walk": walk,
     "print_numbers": numbers,
     "print_front": front,
-    "print_sweep": sweep,
+    "_print_costs": sweep,
     "_print_lowest": lowest,
     "print_gains": gains,
     "print_ranking": ranking,
@@ -378,9 +380,36 @@ def test_a_ranking_prints_the_number_it_ranks_by(capsys):
     assert "9.000000" in shown
 
 
+def test_an_interrupted_sweep_shows_the_computed_points_and_counts_the_other_ones(capsys):
+    shape = ("sequence", "speed")
+    table = xr.Dataset(
+        {
+            "cost_of_transport": (shape, [[0.02, math.nan, math.nan]], {"units": "1"}),
+            "status": (shape, [["solved", "infeasible", "pending"]]),
+            "reason": (shape, np.array([["", "torque limit of hip", UNFINISHED]])),
+            "lowest_sequence": ("speed", ["stick | stick", "", ""]),
+        },
+        {"sequence": ["stick | stick"], "speed": ("speed", [0.5, 0.6, 0.7], {"units": "m/s"})},
+        {"complete": 0},
+    )
+    study_output.print_sweep(table)
+    text = capsys.readouterr().out
+    assert [line.split() for line in text.splitlines() if line.startswith(" 0.")] == [
+        ["0.5", "0.020000"],
+        ["0.6", "infeasible"],
+    ]
+    assert "speed 0.6 m/s: torque limit of hip" in text
+    assert "1 of 3 points not yet computed\n" in text
+    assert "0.7" not in text
+    assert "interrupted" not in text
+    table["status"] = (shape, [["pending"] * 3])
+    study_output.print_sweep(table)
+    assert capsys.readouterr().out == "3 of 3 points not yet computed\n"
+
+
 def test_tables_have_units_to_show(capsys, monkeypatch):
     monkeypatch.setattr(output.out.console, "width", 1000)
-    for name in ("print_cycles", "print_walk", "print_sweep", "print_ranking", "print_comparison"):
+    for name in ("print_cycles", "print_walk", "_print_costs", "print_ranking", "print_comparison"):
         TABLES[name]()
     units = set(UNIT.findall(capsys.readouterr().out))
     assert {"[m/s]", "[m]", "[s]", "[ms]", "[rad]", "[J]", "[J/m]", "[N m]"} <= units

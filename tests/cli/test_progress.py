@@ -1,4 +1,4 @@
-"""Progress: live on a terminal, a line every half minute without one, silent with --quiet; counts are honest."""
+"""Progress: live on a terminal, lines at growing intervals without one, silent with --quiet; counts are honest."""
 
 import io
 import os
@@ -57,7 +57,39 @@ def test_the_first_line_is_earlier_than_the_period(error_stream, monkeypatch):
     with progress_display.show_progress("optimisations", hidden=False, counted=True) as display:
         display.count(6, 1000)
         time.sleep(0.3)
-    assert re.fullmatch(r"optimisations 6/1000 \(0 s\)\n", stream.getvalue())
+    assert re.fullmatch(r"optimisations 6/1000 \(0 s\)", stream.getvalue().splitlines()[0])
+
+
+def test_the_intervals_between_lines_grow(error_stream, monkeypatch):
+    stream = error_stream(terminal=False)
+    monkeypatch.setattr(progress_display, "FIRST", 0.1)
+    with progress_display.show_progress("drawing frames", hidden=False):
+        time.sleep(1.6)  # lines at 0.1, 0.3, 0.7 and 1.5 s
+    assert 3 <= len(stream.getvalue().splitlines()) <= 4
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_the_tasks_under_way_are_shown_with_the_time(error_stream, monkeypatch, terminal):
+    stream = error_stream(terminal)
+    monkeypatch.setattr(progress_display, "FIRST", 0.1)
+    with progress_display.show_progress("optimisations", hidden=False, counted=True) as display:
+        display.show_active(("friction 0.1", "friction 0.2 (replay)"))
+        display.count(1, 9)
+        time.sleep(0.4)
+    text = stream.getvalue()
+    assert "under way: friction 0.1; friction 0.2 (replay)" in text
+    assert ("0:00:00" in text) if terminal else text.startswith("optimisations 1/9 (0 s), under way: friction 0.1; ")
+    display.show_active(())
+    assert display.active == ""
+
+
+def test_a_sweep_names_the_points_that_are_computed(command, root, monkeypatch):
+    seen = []
+    monkeypatch.setattr(progress_display.Display, "show_active", lambda display, names: seen.extend(names))
+    coarse = ("--set", "objective=torque_squared", "--set", "intervals=10", "--set", "torque_limit=10")
+    words = ("--over", "friction=0.2,0.3", "--starts", "1", "--workers", "1", "-o", "out.nc")
+    assert command("sweep", root / "problems/compass_stick.py", *coarse, *words).status == 0
+    assert {"friction 0.2", "friction 0.3", "friction 0.2 (replay)", "friction 0.3 (replay)"} == set(seen)
 
 
 @pytest.mark.parametrize(("hidden", "quiet"), [(True, False), (False, True)])

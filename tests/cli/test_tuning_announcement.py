@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from gaitopt import GainSearchOptions, PushTest, assess_stability
+from gaitopt import GainSearchOptions, PushTest, assess_stability, save
 from gaitopt.cli import feedback_output, tuning_announcement
 from gaitopt.cli.tuning_announcement import (
     TuningAnnouncement,
@@ -130,6 +130,30 @@ def test_the_warning_counts_the_walks_by_reason(slip_gait):
     assert "rad/s (of 200 walks, 2 end, 3 approach it too slowly) already end the walk" in text
     verified = feedback_output.tuning_facts(tuned)["verified"]
     assert (verified["failure"], verified["failures"], verified["steps"]) == ("ended", counted["failures"], 30)
+
+
+def test_the_warning_states_the_size_of_negligible_pushes_the_ends_of_the_walks_and_other_laws(slip_gait):
+    ends = {"radius": 0.004, "beyond": 0.0042, "failure": "ended", "ends": {"fell": 1, "lift_off": 4, "jam": 2}}
+    text = feedback_output._describe_poor_recovery(tuning(slip_gait, **ends))
+    assert "(at most 0.004 rad/s; pushes below 0.01 rad/s are negligible, since rates of legs are of the order" in text
+    assert "already end the walk (the stance foot lifts off: 4, jam: 2, the walker falls: 1). If" in text
+    assert "tune another law (--law joint_pd, --law computed_torque, --law step_lqr, --law push_off)" in text
+    assert "--sensitivity" in text
+    assert "gaitopt push" in text
+    facts = feedback_output.tuning_facts(tuning(slip_gait, **ends))
+    assert facts["verified"]["ends"] == ends["ends"]
+
+
+@pytest.mark.parametrize(
+    ("law", "options"),
+    [("step_lqr", ("--torque-limit", "5")), ("no_law", ())],
+)
+def test_an_invalid_law_is_rejected_before_the_plan_of_the_search_is_printed(command, tmp_path, hop_gait, law, options):
+    run = command("tune", save(hop_gait, tmp_path / "hop.h5"), "--law", law, *options)
+    assert run.status == 2
+    assert law in run.err
+    assert "search:" not in run.err
+    assert "verification:" not in run.err
 
 
 def test_walks_with_too_few_steps_are_distinguished_from_walks_that_leave_the_gait(slip_gait):

@@ -13,6 +13,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability import recovery
 from gaitopt.stability.recovery import draw_from_ball, find_largest_recovery, measure_recovery
 from gaitopt.stability.unreturned_walk import classify_unreturned_walk
+from gaitopt.status import Stop
 
 TEST = PushTest(starts=12, steps=30, resolution=0.2)
 
@@ -141,6 +142,7 @@ def test_all_walks_of_the_smallest_ball_without_recovery_are_classified(open_loo
         return None if abs(state) > end else 0.0 if abs(state) <= 0.99 * slow else 0.999 * state
 
     walk = SimpleNamespace(spread=np.eye(1), begin=lambda push: push[0], take_step=take_step, distance=abs)
+    walk.find_stop = lambda state: Stop.LIFT_OFF if abs(state) > end else None
     monkeypatch.setattr(recovery, "make_pushed_walk", lambda walker, cycle: walk)
     test = attrs.evolve(TEST, starts=40, steps=5, largest=0.01, resolution=0.9, tolerance=1e-9)
     found = find_largest_recovery(*open_loop, test)
@@ -148,4 +150,5 @@ def test_all_walks_of_the_smallest_ball_without_recovery_are_classified(open_loo
     ended, slowed = sum(size > end for size in sizes), sum(slow < size <= end for size in sizes)
     assert min(ended, slowed) > 1
     assert found.failures == {"ended": ended, "slow": slowed}
+    assert found.ends == {"lift_off": ended}
     assert found.failure == "ended"

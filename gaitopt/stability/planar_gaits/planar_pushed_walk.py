@@ -11,6 +11,7 @@ from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_section import section_of
+from gaitopt.status import Stop
 
 
 class PlanarPushedWalk:
@@ -51,6 +52,10 @@ class PlanarPushedWalk:
     def take_step(self, state: PlanarState) -> PlanarState | None:
         """Return the state after the next step and the exchange of the legs, or None."""
         return self._walker.walk_step(state).following
+
+    def find_stop(self, state: PlanarState) -> Stop | None:
+        """Return the reason why the next step is not completed, or None."""
+        return self._walker.walk_step(state).stop
 
     def distance(self, state: PlanarState) -> float:
         """Return the largest difference from the gait, travel excluded."""

@@ -1,8 +1,9 @@
 """Robustness margins of a controlled gait: the largest disturbance of each kind that it survives, by bisection."""
 
+import contextlib
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from attrs import field, frozen
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.errors import GaitoptError
+from gaitopt.errors import GaitoptError, InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.parallel.execution import Execution
@@ -96,6 +97,7 @@ def assess_robustness(
     test: PushTest | None = None,
     engine: Engine | None = None,
     execution: Execution | None = None,
+    kinds: Sequence[str] | None = None,
 ) -> tuple[RobustnessMargins, ...]:
     """Return the largest disturbances a controlled gait survives, one kind at a time.
 
@@ -119,9 +121,13 @@ def assess_robustness(
     execution : Execution, optional
         Workers, each of which tries one kind at a time, and the observer of (kinds tried, kinds in all); this process
         alone by default.
+    kinds : sequence of str, optional
+        Kinds of disturbances, such as ``["push", "sensor delay"]``; all that apply to robot and law by default.
 
     Raises
     ------
+    InputError
+        If a kind of disturbance does not apply to robot and law.
     GaitoptError
         If worker processes repeatedly terminate while they try a kind.
 
@@ -135,6 +141,56 @@ def assess_robustness(
     >>> [each.kind for each in assess_robustness(robot, law, cycle, walking=quick, test=push)]
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
+    margins = iterate_margins(
+        robot, law, cycle, walking=walking, test=test, engine=engine, execution=execution, kinds=kinds
+    )
+    found = {margin.kind: margin for margin in margins}
+    return tuple(found[kind] for kind in list_disturbances(robot, law, cycle) if kind in found)
+
+
+def list_disturbances(robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle) -> tuple[str, ...]:
+    """Return the kinds of disturbances that apply to a gait under a law.
+
+    Examples
+    --------
+    >>> from gaitopt import assess_stability, feedforward, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> list_disturbances(gait.robot, feedforward(gait.robot, gait.motion), assess_stability(gait))
+    ('push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise')
+    """
+    kinds = ["push", "downhill slope", "uphill slope"]
+    if math.isfinite(cycle.parameters["friction"]):
+        kinds.append("friction patch")
+    if robot.n_u:
+        kinds.append("torque noise")
+        if reads_state(law):
+            kinds.append("sensor delay")
+    return tuple(kinds)
+
+
+def iterate_margins(
+    robot: Robot | PlanarRobot,
+    law: Law | PlanarLaw,
+    cycle: Cycle | PlanarCycle,
+    *,
+    walking: WalkTest | None = None,
+    test: PushTest | None = None,
+    engine: Engine | None = None,
+    execution: Execution | None = None,
+    kinds: Sequence[str] | None = None,
+) -> Generator[RobustnessMargins, None, None]:
+    """Yield the largest disturbance of each kind when it is found; parameters as in :func:`assess_robustness`.
+
+    Examples
+    --------
+    >>> from gaitopt import assess_stability, feedforward, load
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> law = feedforward(gait.robot, gait.motion)
+    >>> quick = WalkTest(steps=1, patch=1, resolution=1.0)
+    >>> margins = iterate_margins(gait.robot, law, assess_stability(gait), walking=quick, kinds=["uphill slope"])
+    >>> [margin.kind for margin in margins]
+    ['uphill slope']
+    """
     for name, value, kind in (
         ("walking", walking, WalkTest),
         ("test", test, PushTest),
@@ -144,22 +200,22 @@ def assess_robustness(
             check_type(name, value, kind, f"an object such as {kind.__name__}()")
     gait = disturb_gait(robot, law, cycle, engine)
     setting = _MarginSearch(gait, cycle, walking or WalkTest(), test or PushTest())
-    kinds = ["push", "downhill slope", "uphill slope"]
-    if math.isfinite(cycle.parameters["friction"]):
-        kinds.append("friction patch")
-    if robot.n_u:
-        kinds.append("torque noise")
-        if reads_state(law):
-            kinds.append("sensor delay")
-    planned, margins = [Task(kind, kind) for kind in kinds], {}
-    execution = execution or Execution()
-    for done in run_tasks(_find_margin, planned, setting, execution=execution):
-        if done.failure:
-            raise GaitoptError(f"The margin of the {done.task.key} was not computed: {done.failure}.")
-        margins[done.task.key] = done.result
-        if execution.observer is not None:
-            execution.observer(len(margins), len(kinds))
-    return tuple(margins[kind] for kind in kinds)
+    known = list_disturbances(robot, law, cycle)
+    for stated in kinds or ():
+        if stated not in known:
+            raise InputError(
+                f"The disturbance {stated!r} does not apply to this gait and law. {suggest(stated, known)}"
+            )
+    planned = [Task(kind, kind) for kind in known if kinds is None or kind in kinds]
+    execution, count = execution or Execution(), 0
+    with contextlib.closing(run_tasks(_find_margin, planned, setting, execution=execution)) as running:
+        for done in running:
+            if done.failure:
+                raise GaitoptError(f"The margin of the {done.task.key} was not computed: {done.failure}.")
+            count += 1
+            if execution.observer is not None:
+                execution.observer(count, len(planned))
+            yield done.result
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,8 @@ class RobustnessRecord:
         Such as from :func:`gaitopt.study.assess_robustness`.
     recoveries : mapping of str to (Recovery or None)
         Recovery from pushes by the name of a law; None for a law without a periodic gait.
+    missing : tuple of str
+        Kinds of disturbances, and ``"recovery"`` for the recoveries, that an interrupt left without result.
 
     Examples
     --------
@@ -46,6 +48,7 @@ class RobustnessRecord:
     steps: int
     margins: tuple[RobustnessMargins, ...]
     recoveries: Mapping[str, Recovery | None]
+    missing: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         margins = ", ".join(f"{m.kind} {m.survived:.3g}{'' if m.unit == '1' else ' ' + m.unit}" for m in self.margins)
@@ -106,6 +109,7 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
             steps=int(facts["steps"]),
             margins=tuple(RobustnessMargins(**margin) for margin in facts["margins"]),
             recoveries={str(name): _read_recovery(part) for name, part in facts["recoveries"].items()},
+            missing=tuple(map(str, facts.get("missing", ()))),  # files of earlier versions are complete
         )
 
 

@@ -1,0 +1,216 @@
+"""The command that tests the robustness of a gait under a law."""
+
+import contextlib
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, print_endurance, resume_text
+from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
+from gaitopt.cli.options import (
+    Disturbances,
+    DisturbedSteps,
+    GainValues,
+    Json,
+    LawName,
+    PushOutput,
+    PushRadius,
+    PushStarts,
+    Quiet,
+    RobotScript,
+    Scheduler,
+    Source,
+    StanceAngle,
+    TorqueLimit,
+    Verbose,
+    Workers,
+)
+from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
+from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.workers import WorkerOptions, worker_options
+from gaitopt.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from gaitopt.control.law import Law
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
+    from gaitopt.motion.planar_gait import AnyGait
+    from gaitopt.stability.cycle import Cycle
+    from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+    from gaitopt.stability.recovery import PushTest, Recovery
+    from gaitopt.study.robustness.robustness_margins import RobustnessMargins
+
+
+def push(
+    file: Source,
+    problem: RobotScript = None,
+    law: LawName = OPEN_LOOP,
+    gain: GainValues = None,
+    torque_limit: TorqueLimit = None,
+    stance_angle: StanceAngle = False,
+    steps: DisturbedSteps = 50,
+    starts: PushStarts = 50,
+    ball: PushRadius = 0.1,
+    kind: Disturbances = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    output: PushOutput = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
+
+    After a touchdown, a push changes the state in a random direction; a size is survived if the walker returns to the
+    gait after all random pushes of at most this size.  The slope is a change relative to that of the gait, for all
+    steps.  The loss of friction, called friction patch in the results, lasts for the first five steps of the walk;
+    --patch of 'gaitopt simulate' states the friction itself instead.  The noise is the standard deviation of a
+    random torque on each actuator, and the delay is the age of the state that the law receives.
+
+    For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
+    the ground; the noise acts on the actuators with a planned torque.  The problem script is accepted in place of the
+    gait file, and is solved first.
+
+    The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
+    takes, are reported in open loop (torques replayed) and under the law.
+
+    Example: gaitopt push compass_slip.h5 --law lqr
+    """
+    from gaitopt.cli.script import load_feedback_gait
+    from gaitopt.stability.assessment import assess_stability
+    from gaitopt.stability.recovery import PushTest
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
+
+    began = time.perf_counter()
+    gait = load_feedback_gait(file, problem)
+    chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
+    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
+    tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test)
+    results = _Results(kinds=_read_kinds(tested, kind))
+    with results.keep_finished():
+        with worker_options(workers, scheduler) as team:
+            tested.find_margins(results, steps, team, hidden=json)
+        tested.measure_recoveries(results, title, ball, hidden=json)
+    record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, **results.parts)
+    written = None if output is None else save_robustness(record, output)
+    facts = {
+        "law": title,
+        "engine": _engine_of(chosen, gait),
+        "radius": cycle.radius,
+        "steps": steps,
+        **endurance_facts(record, ball),
+        "seconds": time.perf_counter() - began,
+    }
+    if json:
+        print_json(facts)
+    else:
+        print_endurance(facts, results.recoveries)
+        if written is not None:
+            report_file(written)
+    if results.missing:
+        err.print(f"Interrupted. {resume_text(results.missing, output)}", soft_wrap=True)
+        sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
+
+
+@dataclass(kw_only=True)
+class _Results:
+    """The results of a push test as they are found.
+
+    Attributes
+    ----------
+    kinds : tuple of str
+        Kinds of disturbances, and ``"recovery"`` for the recoveries from a ball of pushes, in the order of the table.
+    margins : dict of str to RobustnessMargins
+        By their kinds.
+    recoveries : dict of str to (Recovery or None)
+        By the names of the laws; empty until all are measured.
+    """
+
+    kinds: tuple[str, ...]
+    margins: "dict[str, RobustnessMargins]" = field(default_factory=dict)
+    recoveries: "dict[str, Recovery | None]" = field(default_factory=dict)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Kinds without a result."""
+        measured = {*self.margins, *([RECOVERY] if self.recoveries else [])}
+        return tuple(kind for kind in self.kinds if kind not in measured)
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        """The results as attributes of a record."""
+        margins = tuple(self.margins[kind] for kind in self.kinds if kind in self.margins)
+        return {"margins": margins, "recoveries": self.recoveries, "missing": self.missing}
+
+    @contextlib.contextmanager
+    def keep_finished(self) -> Iterator[None]:
+        """End a block at Ctrl-C; without any result, the interrupt is raised."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if not (self.margins or self.recoveries):
+                raise
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _ControlledGait:
+    """A gait under a law, its periodic motion and its test by pushes."""
+
+    gait: "AnyGait"
+    law: "Law | PlanarLaw"
+    cycle: "Cycle | PlanarCycle"
+    test: "PushTest"
+
+    def find_margins(self, results: _Results, steps: int, team: WorkerOptions, *, hidden: bool) -> None:
+        """Add the largest disturbance survived of each kind to the results."""
+        from gaitopt.study.robustness.robustness_margins import WalkTest, iterate_margins
+
+        with show_progress("disturbances", hidden=hidden, counted=True) as display:
+            margins = iterate_margins(
+                self.gait.robot,
+                self.law,
+                self.cycle,
+                walking=WalkTest(steps=steps),
+                test=self.test,
+                execution=team.execution(display.count, active_observer=display.show_active),
+                kinds=[kind for kind in results.kinds if kind != RECOVERY],
+            )
+            with contextlib.closing(margins):  # an interrupt also ends the workers
+                for margin in margins:
+                    results.margins[margin.kind] = margin
+
+    def measure_recoveries(self, results: _Results, title: str, ball: float, *, hidden: bool) -> None:
+        """Add the recovery from a ball of pushes under the law and in open loop; None without a periodic gait."""
+        from gaitopt.stability.gait_recovery import measure_gait_recovery
+
+        if RECOVERY not in results.kinds:
+            return
+        recoveries = {}
+        with show_progress("pushes", hidden=hidden) as display:
+            for name, law in {title: self.law, "open loop": law_of_gait(self.gait, OPEN_LOOP)}.items():
+                display.describe(f"pushes up to {ball:g} rad/s, {name}")
+                recoveries[name] = measure_gait_recovery(self.gait, law, ball, self.test)
+        results.recoveries.update(recoveries)
+
+
+def _read_kinds(tested: _ControlledGait, stated: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the kinds of disturbances of the options of the command; InputError if one does not apply."""
+    from gaitopt.study.robustness.robustness_margins import list_disturbances
+
+    known = (*list_disturbances(tested.gait.robot, tested.law, tested.cycle), RECOVERY)
+    names = {name.replace("-", " ").replace("_", " ").strip() for name in stated or known}
+    if unknown := sorted(names.difference(known)):
+        raise InputError(f"--kind {unknown[0]!r} does not apply to this gait and law. {suggest(unknown[0], known)}")
+    return tuple(kind for kind in known if kind in names)
+
+
+def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
+    """Return the name of the engine that simulates the walks of a gait."""
+    from gaitopt.control.law import Law
+    from gaitopt.motion.gait import Gait
+    from gaitopt.simulation.engine_choice import default_engine, planar_engine_named
+
+    if isinstance(gait, Gait) and isinstance(law, Law):
+        return default_engine(law, gait.robot).name
+    return planar_engine_named().name

@@ -1,0 +1,98 @@
+"""gaitopt push: its kinds of disturbances, and what it keeps after Ctrl-C."""
+
+import dataclasses
+import json
+import signal
+
+import pytest
+
+from gaitopt import assess_stability
+from gaitopt.cli.progress_display import Display
+from gaitopt.study import load_robustness
+
+QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
+KINDS = ["push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"]
+
+
+@pytest.fixture
+def interrupt_after(monkeypatch):
+    """Return a function that has Ctrl-C pressed when a kind of disturbance begins."""
+
+    def interrupt(kind):
+        def show(display, names):
+            if kind in names:
+                signal.raise_signal(signal.SIGINT)
+
+        monkeypatch.setattr(Display, "show_active", show)
+
+    return interrupt
+
+
+@pytest.mark.parametrize("option", ["", "--json", "--quiet"])
+def test_the_finished_kinds_are_kept_after_an_interrupt(command, slip_file, folder, interrupt_after, option):
+    interrupt_after("uphill slope")
+    run = command("push", slip_file, *QUICK, "-o", "push.json", *filter(None, [option]))
+    assert run.status == 130
+    assert "nothing was written" not in run.err
+    missing = [*KINDS[2:], "recovery"]
+    options = "--kind 'uphill slope' --kind 'friction patch' --kind 'torque noise' --kind 'sensor delay'"
+    remedy = f"The same command with {options} --kind recovery and an output file other than push.json"
+    assert remedy in run.err
+    record = load_robustness(folder / "push.json")
+    assert [margin.kind for margin in record.margins] == KINDS[:2]
+    assert list(record.missing) == missing
+    if option == "--json":
+        facts = json.loads(run.out)
+        assert [each["kind"] for each in facts["survived"]] == KINDS[:2]
+        assert facts["missing"] == missing
+        assert facts["basin_before"] is facts["basin_after"] is None
+    elif not option:
+        assert f"not tested, since the test was interrupted: {', '.join(missing)}" in run.out
+        shown = command("show", "push.json").out
+        assert f"not tested, since the test was interrupted: {', '.join(missing)}" in shown
+        assert command("plot", "push.json").status == 0
+
+
+def test_an_interrupt_before_the_first_result_keeps_nothing(command, slip_file, folder, interrupt_after):
+    interrupt_after("push")
+    run = command("push", slip_file, *QUICK, "-o", "push.json")
+    assert (run.status, run.err.strip()) == (130, "Interrupted; no result was written.")
+    assert list(folder.iterdir()) == []
+
+
+def test_an_interrupt_of_the_recovery_keeps_all_margins(command, slip_file, folder, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gaitopt.stability.gait_recovery.measure_gait_recovery", interrupt)
+    run = command("push", slip_file, *QUICK, "--kind", "uphill-slope", "--kind", "recovery", "-o", "push.json")
+    assert run.status == 130
+    record = load_robustness(folder / "push.json")
+    assert ([margin.kind for margin in record.margins], record.missing) == (["uphill slope"], ("recovery",))
+
+
+def test_stated_kinds_alone_are_tested(command, slip_file, folder):
+    run = command("push", slip_file, *QUICK, "--kind", "recovery", "--kind", "torque_noise", "-o", "push.json")
+    assert run.status == 0
+    record = load_robustness(folder / "push.json")
+    assert ([margin.kind for margin in record.margins], record.missing) == (["torque noise"], ())
+    assert set(record.recoveries) == {"computed_torque", "open loop"}
+    assert "No sensor delay" not in " ".join(run.out.split())
+    assert command("push", slip_file, *QUICK, "--kind", "recovery", "-o", "ball.json").status == 0
+    assert command("plot", "ball.json").status == 0
+
+
+def test_a_kind_that_does_not_apply_is_rejected(command, slip_file):
+    run = command("push", slip_file, "--kind", "sensor delay")
+    assert run.status == 2
+    assert "--kind 'sensor delay' does not apply to this gait and law. Known: push, downhill slope" in run.err
+
+
+def test_a_dead_beat_law_has_a_radius_below_a_bound(command, slip_file, monkeypatch):
+    def assess(*arguments):
+        cycle = assess_stability(*arguments)
+        return dataclasses.replace(cycle, multipliers=1e-7 * cycle.multipliers)
+
+    monkeypatch.setattr("gaitopt.stability.assessment.assess_stability", assess)
+    run = command("push", slip_file, *QUICK, "--kind", "uphill slope")
+    assert "computed_torque: spectral radius below 1e-4" in run.out
