@@ -56,7 +56,8 @@ def design(
     RobustProblem, one gait and one law are planned for ranges of parameters and for pushes; the additional cost and
     the numbers of survived scenarios are reported, and the gains of the law are saved for 'gaitopt push --law'.
 
-    Exit status 0 if all gaits are solved and verified, or the plan survives all candidate scenarios; 1 otherwise.
+    Exit status 0 if all gaits are solved and verified, or the robust plan survives all candidate scenarios and all
+    unseen ones; 1 otherwise.
 
     Example: gaitopt design walker.py --set friction=0.2 -o walker
     """

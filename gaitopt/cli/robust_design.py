@@ -9,6 +9,7 @@ import typer
 
 from gaitopt.cli.output import out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     from gaitopt.design.robust_plan import RobustPlan
@@ -34,13 +35,47 @@ class RobustDesign:
     nominal: "ScenarioTest"
     files: tuple[Path, ...]
 
+    @property
+    def passed(self) -> bool:
+        """Whether the gait survives all candidate scenarios and all unseen ones."""
+        return self.plan.robust and self.robust.passed
+
+    @property
+    def headline(self) -> str:
+        """The result in one sentence; a plan that does not survive all unseen scenarios is not called robust."""
+        text, unseen = str(self.plan), f"{self.robust.total_survived} of {self.robust.total} unseen scenarios"
+        if not self.plan.robust:
+            return text
+        if self.robust.passed:
+            return f"{text}; {unseen} survived"
+        return f"not fully {text}; only {unseen} survived"
+
+    @property
+    def advice(self) -> str:
+        """What to change if scenarios are not survived; empty if all are, or the reason is not known."""
+        if not self.plan.robust or self.robust.passed:
+            return self.plan.advice
+        from gaitopt.design.scenario_test import worst_walk
+
+        scenarios = self.plan.scenarios
+        worst = worst_walk(self.robust.failures, scenarios.tolerance)
+        pushes = f" and more than {format_count(scenarios.pushes, 'push', 'pushes')} each" if scenarios.push else ""
+        smaller = " and a smaller push=" if scenarios.push else ""
+        remedy = (
+            f"Worst unseen scenario: {str(worst).removesuffix('.')}. Plan for more candidate scenarios, with more than "
+            f"{scenarios.values} values of each range{pushes} (values=, pushes= of Scenarios), or for narrower "
+            f"ranges{smaller}, or choose another law."
+        )
+        return f"{remedy} {self.plan.explain_deviation(worst)}".strip()
+
     def summarise(self) -> dict[str, Any]:
         """Return the results as plain data for JSON."""
         plan = self.plan
         return {
             "robust": plan.robust,
-            "message": str(plan),
-            "advice": plan.advice,
+            "robust_unseen": self.robust.passed,
+            "message": self.headline,
+            "advice": self.advice,
             "additional_cost": plan.additional_cost,
             "objective": plan.gait.solver.objective,
             "nominal_objective": plan.nominal.solver.objective,
@@ -71,15 +106,15 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
         plan = stated.solve()
         display.describe(f"{stated.name}: test in {count} unseen scenarios")
         tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
-    files = _save(plan, *_paths(folder, names[not plan.robust]))
+    files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
     result = RobustDesign(plan=plan, robust=tests[0], nominal=tests[1], files=files)
     if json:
         print_json(result.summarise())
     else:
         _print(result)
-    if not plan.robust:
-        print_reason(str(plan))
-    raise typer.Exit(0 if plan.robust else 1)
+    if not result.passed:
+        print_reason(result.headline)
+    raise typer.Exit(0 if result.passed else 1)
 
 
 def _paths(folder: Path, name: str) -> tuple[Path, Path]:
@@ -103,12 +138,12 @@ def _test(stated: "RobustProblem", plan: "RobustPlan", count: int, *, nominal: b
     return check_scenarios(gait, law, stated.scenarios, count=count)
 
 
-def _save(plan: "RobustPlan", gait: Path, gains: Path) -> tuple[Path, ...]:
-    """Write the gait, and the tuned gains of its law if it has any."""
+def _save(plan: "RobustPlan", unseen: "ScenarioTest", gait: Path, gains: Path) -> tuple[Path, ...]:
+    """Write the gait with the result of its tests, and the tuned gains of its law if it has any."""
     from gaitopt.motion.archive import save
     from gaitopt.tuning.tuning_file import save_tuning
 
-    written = save(plan.recorded_gait(), gait)
+    written = save(plan.recorded_gait(unseen), gait)
     return (written,) if plan.tuning is None else (written, save_tuning(plan.tuning, gains))
 
 
@@ -118,9 +153,9 @@ def _print(result: RobustDesign) -> None:
 
     plan = result.plan
     unit = plan.gait.problem.get("objective_unit")
-    out.print(str(plan))
-    if plan.advice:
-        out.print(plan.advice)
+    out.print(result.headline, soft_wrap=True)
+    if result.advice:
+        out.print(result.advice, soft_wrap=True)
     costs = [format_objective(gait.solver.objective, unit) for gait in (plan.gait, plan.nominal)]
     out.print(f"objective: {costs[0]}, without scenarios {costs[1]}")
     if plan.gains:

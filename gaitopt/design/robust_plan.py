@@ -7,7 +7,7 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.design.law_choice import LawChoice, check_law_choice, make_family
-from gaitopt.design.scenario_test import ScenarioSimulator, Walk, walk_scenarios, worst_walk
+from gaitopt.design.scenario_test import ScenarioSimulator, ScenarioTest, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.motion.gait import Gait
@@ -86,17 +86,27 @@ class RobustPlan:
 
     @property
     def advice(self) -> str:
-        """Reason why a walk that does not fall does not return to the plan; empty for another reason."""
-        if self.violated is None or math.isinf(self.violated.distance):
+        """Reason why the worst walk, if it does not fall, does not return to the plan; empty for another reason."""
+        return self.explain_deviation(self.violated)
+
+    def explain_deviation(self, walk: Walk | None) -> str:
+        """Return the reason why a walk that does not fall does not return to the plan; empty for another reason.
+
+        Examples
+        --------
+        >>> RobustPlan.explain_deviation.__name__
+        'explain_deviation'
+        """
+        if walk is None or math.isinf(walk.distance):
             return ""
-        others = [name for name in self.violated.scenario.parameters if name != "friction"]
+        others = [name for name in walk.scenario.parameters if name != "friction"]
         slips = any(segment.mode.slips for segment in self.gait.motion.segments)
-        if slips and "friction" in self.violated.scenario.parameters:
+        if slips and "friction" in walk.scenario.parameters:
             others.insert(0, "friction")
         if not others:
             return ""
         kind = "slipping gait" if slips else "gait"
-        larger = float(f"{2 * self.violated.distance:.0e}")
+        larger = float(f"{2 * walk.distance:.0e}")
         return (
             f"The periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
             f"plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance={larger:g})."
@@ -120,15 +130,23 @@ class RobustPlan:
             "additional_cost": self.additional_cost,
         }
 
-    def recorded_gait(self) -> Gait:
+    def recorded_gait(self, unseen: ScenarioTest | None = None) -> Gait:
         """Return the gait with the scenarios and the result of the plan in its problem, for a file.
+
+        Parameters
+        ----------
+        unseen : ScenarioTest, optional
+            Test in unseen scenarios, which the file then contains.
 
         Examples
         --------
         >>> RobustPlan.recorded_gait.__name__
         'recorded_gait'
         """
-        return self.gait.replace_fields(problem={**self.gait.problem, "robust": self.describe()})
+        record = self.describe()
+        if unseen is not None:
+            record["unseen"] = {"scenarios": unseen.total, "survived": unseen.total_survived}
+        return self.gait.replace_fields(problem={**self.gait.problem, "robust": record})
 
     @property
     def gains(self) -> dict[str, float]:

@@ -89,6 +89,21 @@ class ScenarioTest:
     failures: tuple[Walk, ...] = field(repr=False)
     varied: tuple[str, ...] = field(default=(), repr=False)
 
+    @property
+    def total(self) -> int:
+        """Number of scenarios with and without a push."""
+        return self.scenarios + self.pushed
+
+    @property
+    def total_survived(self) -> int:
+        """Number of scenarios with and without a push that the gait survives."""
+        return self.survived + self.recovered
+
+    @property
+    def passed(self) -> bool:
+        """Whether the gait survives all scenarios."""
+        return self.total_survived == self.total
+
     def __str__(self) -> str:
         place, noun = ("at", "friction coefficients") if self.varied == ("friction",) else ("in", "scenarios")
         pushes = f" and after {self.recovered} of {self.pushed} pushes" if self.pushed else ""

@@ -268,11 +268,23 @@ def describe_script(problem: Mapping[str, Any]) -> Facts:
 
 def _describe_friction(gait: Gait) -> str:
     """Return the friction of the plan; for a robust gait, also the nominal one if it differs."""
-    friction, plan = gait.motion.parameters["friction"], gait.problem.get("robust") or {}
-    nominal = plan.get("nominal_friction", friction)
+    friction, nominal = gait.motion.parameters["friction"], find_nominal_friction(gait)
     if nominal == friction:
         return f"{friction:g}"
     return f"{friction:g} (the lowest of the added scenarios, for which the gait is planned; nominal {nominal:g})"
+
+
+def find_nominal_friction(gait: Gait | PlanarGait) -> float:
+    """Return the friction of the problem; a robust gait is planned for the lowest friction of its scenarios instead.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> find_nominal_friction(load("docs/examples/compass_slip.h5"))
+    0.14
+    """
+    plan = gait.problem.get("robust") or {}
+    return float(plan.get("nominal_friction", gait.motion.parameters["friction"]))
 
 
 def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
@@ -289,6 +301,8 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
     scenarios = [f"{name} {lower:g} to {upper:g}" for name, (lower, upper) in plan["ranges"].items()]
     scenarios += [f"pushes up to {plan['push']:g} rad/s"] if plan["push"] else []
     reached = f"{plan['survived']} of {plan['candidates']} candidate scenarios survived under {plan['law']}"
+    if tested := plan.get("unseen"):  # a file of an earlier version has no test
+        reached += f", {tested['survived']} of {tested['scenarios']} unseen ones"
     facts: Facts = [
         ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
         ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.motion.gait_table import find_nominal_friction
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
@@ -197,6 +198,8 @@ def _describe(gait: AnyGait, title: str | None) -> str:
         f"step length {_number(gait, 'step_length', '.4g')} m",
         rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
     ]
+    if (nominal := find_nominal_friction(gait)) != friction:
+        facts[-1:] = [rf"planned for the lowest friction $\mu$ = {friction:g}", rf"nominal $\mu$ = {nominal:g}"]
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
     verified = "" if not gait.status.ok else "(verified by replay)" if gait.verification else "(not replayed)"
     sequence = str(gait.sequence)

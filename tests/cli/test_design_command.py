@@ -1,11 +1,14 @@
 """gaitopt design: families, single problems with free parameters, and robust gaits."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
 
 from gaitopt import load, solve
 from gaitopt.cli.design_command import _describe_objective
+from gaitopt.design.scenario_test import ScenarioTest, Walk
+from gaitopt.design.scenarios import Scenario
 
 SCRIPT = """
 from gaitopt import Collocation, Family, GaitProblem, Limits, compass_biped
@@ -136,14 +139,50 @@ def problem(law="feedforward", friction=0.19):
 def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
     run = command("design", script(ROBUST), "--count", "3", "-o", "here")
     assert run.status == 0, run.err
-    assert "robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +" in run.out
+    assert run.out.startswith("robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +")
+    assert "; 3 of 3 unseen scenarios survived\n" in run.out
     assert "gait in unseen scenarios: maintained at 3 of 3 friction coefficients" in run.out
     assert load(folder / "here" / "own.h5").verification.passed
     assert not (folder / "here" / "own_law.json").exists()
     shown = " ".join(command("show", folder / "here" / "own.h5").out.split())
     assert "script own.py, SHA-256 " in shown
     assert "scenarios friction 0.18 to 0.2; 3 steps, tolerance 0.01" in shown
-    assert "robustness 2 of 2 candidate scenarios survived under feedforward, additional cost +" in shown
+    robustness = (
+        "robustness 2 of 2 candidate scenarios survived under feedforward, 3 of 3 unseen ones, additional cost +"
+    )
+    assert robustness in shown
+
+
+@pytest.mark.parametrize("option", ["", "--json", "--quiet"])
+def test_a_plan_that_fails_in_unseen_scenarios_is_not_called_robust(command, script, folder, monkeypatch, option):
+    """It survives its candidate scenarios; the failed check of the unseen ones is the exit status."""
+    worst = Walk(Scenario({"friction": 0.185}), 2, math.inf, "The walker fell.")
+
+    def check(*arguments, count, **options):
+        return ScenarioTest(count, count - 1, 0, 0, (worst,), ("friction",))
+
+    monkeypatch.setattr("gaitopt.design.scenario_test.check_scenarios", check)
+    run = command("design", script(ROBUST), "--count", "7", "-o", "here", *filter(None, [option]))
+    assert run.status == 1
+    headline = "not fully robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +"
+    ending = "; only 6 of 7 unseen scenarios survived"
+    advice = "Worst unseen scenario: friction 0.185: ended after 2 steps: The walker fell. Plan for more candidate "
+    if option == "--json":
+        facts = run.json
+        assert (facts["robust"], facts["robust_unseen"]) == (True, False)
+        assert facts["message"].startswith(headline)
+        assert facts["advice"].startswith(advice)
+    else:
+        text = run.err if option else run.out
+        assert text.startswith(headline)
+        assert ending in text
+        if not option:
+            assert (
+                f"{advice}scenarios, with more than 2 values of each range (values=, pushes= of Scenarios)" in run.out
+            )
+    assert (folder / "here" / "own.h5").exists()
+    shown = " ".join(command("show", folder / "here" / "own.h5").out.split())
+    assert "2 of 2 candidate scenarios survived under feedforward, 6 of 7 unseen ones" in shown
 
 
 def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(command, script, folder):
@@ -171,6 +210,7 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
     run = command("design", path, "--law", f"{path}:governor", "--count", "2", "--json")
     assert run.status == 0, run.err
     assert run.json["robust"]
+    assert run.json["robust_unseen"]
     assert run.json["unseen"]["plan"] == {"scenarios": 2, "survived": 2, "pushed": 0, "recovered": 0}
     gait, gains = run.json["files"]
     again = command("stability", folder / gait, "--law", folder / gains, "--json")

@@ -55,6 +55,13 @@ def test_title_sums_up_the_gait(slipping):
         assert part in title
 
 
+def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_one(slipping):
+    gait = replace(slipping, problem={**slipping.problem, "robust": {"nominal_friction": 0.3}})
+    title = plot_gait(gait, style=FigureStyle(width=20)).get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
+    assert r"planned for the lowest friction $\mu$ = 0.14, nominal $\mu$ = 0.3" in title
+    assert "nominal" not in draw(slipping).get_suptitle()
+
+
 def test_title_says_whether_the_gait_was_replayed(slipping):
     assert "verified by replay" in draw(slipping).get_suptitle()
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
