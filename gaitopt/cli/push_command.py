@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, print_endurance, resume_text
@@ -88,7 +89,7 @@ def push(
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test)
     results = _Results(kinds=_read_kinds(tested, kind))
-    with results.keep_finished():
+    with results.keep_results():
         with worker_options(workers, scheduler) as team:
             tested.find_margins(results, steps, team, hidden=json)
         tested.measure_recoveries(results, title, ball, hidden=json)
@@ -108,6 +109,11 @@ def push(
         print_endurance(facts, results.recoveries)
         if written is not None:
             report_file(written)
+    _report_missing(results, output)
+
+
+def _report_missing(results: "_Results", output: Path | None) -> None:
+    """End with the exit status of an interrupt if kinds are missing, and print how they are tested."""
     if results.missing:
         err.print(f"Interrupted. {resume_text(results.missing, output)}", soft_wrap=True)
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
@@ -144,7 +150,7 @@ class _Results:
         return {"margins": margins, "recoveries": self.recoveries, "missing": self.missing}
 
     @contextlib.contextmanager
-    def keep_finished(self) -> Iterator[None]:
+    def keep_results(self) -> Iterator[None]:
         """End a block at Ctrl-C; without any result, the interrupt is raised."""
         try:
             yield

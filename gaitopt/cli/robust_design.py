@@ -52,7 +52,7 @@ class RobustDesign:
 
     @property
     def advice(self) -> str:
-        """What to change if scenarios are not survived; empty if all are, or the reason is not known."""
+        """Changes with which more scenarios are survived; empty if all are, or the reason is not known."""
         if not self.plan.robust or self.robust.passed:
             return self.plan.advice
         from gaitopt.design.scenario_test import worst_walk
