@@ -40,6 +40,8 @@ def main() -> None:
 
 def _exit_by_interrupt() -> None:
     """End the process without the interpreter's clean-up, which may take long or end it with another status."""
+    if "loky" in sys.modules:
+        gc.collect()  # pools of workers that only an exception of repeated interrupts refers to free their semaphores
     with contextlib.suppress(OSError, ValueError):  # a closed stream
         sys.stdout.flush()
         sys.stderr.flush()
