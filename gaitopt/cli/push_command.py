@@ -32,6 +32,7 @@ from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.errors import InputError, suggest
+from gaitopt.interrupts import defer_interrupt
 
 if TYPE_CHECKING:
     from gaitopt.control.law import Law
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
 
 def push(
@@ -81,7 +83,7 @@ def push(
     from gaitopt.cli.script import load_feedback_gait
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
-    from gaitopt.study.robustness.robustness_record import RobustnessRecord, save_robustness
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
     began = time.perf_counter()
     gait = load_feedback_gait(file, problem)
@@ -94,7 +96,6 @@ def push(
             tested.find_margins(results, steps, team, hidden=json)
         tested.measure_recoveries(results, title, ball, hidden=json)
     record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, **results.parts)
-    written = None if output is None else save_robustness(record, output)
     facts = {
         "law": title,
         "engine": _engine_of(chosen, gait),
@@ -103,20 +104,25 @@ def push(
         **endurance_facts(record, ball),
         "seconds": time.perf_counter() - began,
     }
+    with defer_interrupt():  # a repeated one must not lose the finished kinds
+        _report(record, facts, output, json=json)
+    if record.missing:
+        sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
+
+
+def _report(record: "RobustnessRecord", facts: dict[str, Any], output: Path | None, *, json: bool) -> None:
+    """Write and print the results, and how the kinds are tested that an interrupt left without result."""
+    from gaitopt.study.robustness.robustness_record import save_robustness
+
+    written = None if output is None else save_robustness(record, output)
     if json:
         print_json(facts)
     else:
-        print_endurance(facts, results.recoveries)
+        print_endurance(facts, dict(record.recoveries))
         if written is not None:
             report_file(written)
-    _report_missing(results, output)
-
-
-def _report_missing(results: "_Results", output: Path | None) -> None:
-    """End with the exit status of an interrupt if kinds are missing, and print how they are tested."""
-    if results.missing:
-        err.print(f"Interrupted. {resume_text(results.missing, output)}", soft_wrap=True)
-        sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
+    if record.missing:
+        err.print(f"Interrupted. {resume_text(record.missing, output)}", soft_wrap=True)
 
 
 @dataclass(kw_only=True)

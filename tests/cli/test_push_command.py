@@ -8,7 +8,7 @@ import pytest
 
 from gaitopt import assess_stability
 from gaitopt.cli.progress_display import Display
-from gaitopt.study import load_robustness
+from gaitopt.study import load_robustness, save_robustness
 
 QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
 KINDS = ["push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"]
@@ -69,6 +69,19 @@ def test_an_interrupt_of_the_recovery_keeps_all_margins(command, slip_file, fold
     assert run.status == 130
     record = load_robustness(folder / "push.json")
     assert ([margin.kind for margin in record.margins], record.missing) == (["uphill slope"], ("recovery",))
+
+
+def test_a_repeated_interrupt_keeps_the_finished_kinds(command, slip_file, folder, interrupt_after, monkeypatch):
+    def save(record, path):
+        signal.raise_signal(signal.SIGINT)
+        return save_robustness(record, path)
+
+    interrupt_after("uphill slope")
+    monkeypatch.setattr("gaitopt.study.robustness.robustness_record.save_robustness", save)
+    run = command("push", slip_file, *QUICK, "-o", "push.json")
+    assert run.status == 130
+    assert "Interrupted; wrote push.json." in run.err
+    assert [margin.kind for margin in load_robustness(folder / "push.json").margins] == KINDS[:2]
 
 
 def test_stated_kinds_alone_are_tested(command, slip_file, folder):
