@@ -7,6 +7,7 @@ import pytest
 
 from gaitopt import (
     Execution,
+    InputError,
     PushTest,
     assess_stability,
     by_stance_angle,
@@ -60,6 +61,15 @@ def test_planned_torques_read_no_sensor_and_have_no_margin_of_its_delay(gait):
     kinds = [each.kind for each in assess_robustness(robot, law, assess_stability(gait), walking=walking, test=test)]
     assert kinds == ["push", "downhill slope", "uphill slope", "friction patch", "torque noise"]
     assert reads_state(step_lqr(robot, gait.motion))  # latched values depend on the state
+
+
+def test_stated_kinds_are_returned_in_the_order_of_all_kinds_and_unknown_ones_are_rejected(gait):
+    robot, law = compass_biped(), feedforward(compass_biped(), gait.motion)
+    cycle, walking = assess_stability(gait), WalkTest(steps=1, patch=1, resolution=1.0)
+    margins = assess_robustness(robot, law, cycle, walking=walking, kinds=["torque noise", "uphill slope"])
+    assert [margin.kind for margin in margins] == ["uphill slope", "torque noise"]
+    with pytest.raises(InputError, match="Disturbance 'sensor delay' does not apply to this gait and law"):
+        assess_robustness(robot, law, cycle, kinds=["sensor delay"])
 
 
 @pytest.mark.parametrize("limit", [np.inf, 8.0])
