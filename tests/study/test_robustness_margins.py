@@ -68,7 +68,7 @@ def test_stated_kinds_are_returned_in_the_order_of_all_kinds_and_unknown_ones_ar
     cycle, walking = assess_stability(gait), WalkTest(steps=1, patch=1, resolution=1.0)
     margins = assess_robustness(robot, law, cycle, walking=walking, kinds=["torque noise", "uphill slope"])
     assert [margin.kind for margin in margins] == ["uphill slope", "torque noise"]
-    with pytest.raises(InputError, match="Disturbance 'sensor delay' does not apply to this gait and law"):
+    with pytest.raises(InputError, match="The disturbance 'sensor delay' does not apply to this gait and law"):
         assess_robustness(robot, law, cycle, kinds=["sensor delay"])
 
 
