@@ -42,6 +42,11 @@ if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
 
+PLANE = (
+    "--rise and --patch apply to robots with several contacts (assemble_planar), such as compass_with_two_feet. The "
+    "ground of a robot with one foot on the ground at a time is a plane with one friction coefficient: --set "
+    "friction=VALUE changes it for the whole walk, and 'gaitopt push' decreases it for the first five steps."
+)
 NO_GAIT = "no periodic gait found; try more --starts or another slope or friction"
 
 
@@ -150,7 +155,7 @@ def simulate(
     if planar is not None:
         _end_planar_walk(*planar, source.stem, file, engine=engine, json=json)
     if rise or patch:
-        raise InputError("--rise and --patch apply to robots with several contacts only.")
+        raise InputError(PLANE)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps, changes)
     _end_walk(walk, source.stem, file, json=json)
