@@ -300,7 +300,8 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
         raise InputError(
             f"{script.path} optimises a robot with several contacts, which this command does not accept; 'gaitopt "
             f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it, with --law lqr under feedback, and "
-            f"'gaitopt simulate {script.path}' simulates some steps."
+            f"'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved gait over "
+            "a parameter; the guide 'Stability and branches of a custom robot' shows how."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__

@@ -125,8 +125,8 @@ def trace(
     """Follow a gait as a parameter varies, through folds, period doublings and changes of the contact sequence.
 
     For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
-    saved gait is followed in both directions from the value of the parameter in its file. Saved and optimal gaits must
-    have one foot on the ground at a time; scripts with a walking problem may have robots with several contacts.
+    saved gait is followed in both directions from the value of the parameter in its file, with its planned torques or
+    under --law. Optimal gaits over a parameter are followed for robots with one foot on the ground at a time only.
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.

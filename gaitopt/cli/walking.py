@@ -29,7 +29,7 @@ from gaitopt.cli.options import (
     Verbose,
     WalkSetting,
 )
-from gaitopt.cli.output import print_json, print_reason, report_file
+from gaitopt.cli.output import err, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers, read_terrain
 from gaitopt.errors import InputError
@@ -76,7 +76,7 @@ def stability(
     """
     from gaitopt.cli.inputs import Request, read_input
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.cli.planar_walks import find_planar_gaits, report_planar_cycles
+    from gaitopt.cli.planar_walks import explain_no_gait, find_planar_gaits, report_planar_cycles
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.cycle_summary import summarise_cycle
 
@@ -90,6 +90,7 @@ def stability(
         report_planar_cycles(cycles or (), engine, json=json)
         if not cycles:
             print_reason(NO_GAIT)
+            err.print(explain_no_gait(request, engine), soft_wrap=True)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})

@@ -10,7 +10,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, suggest
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot_formulation import formulate_planar_robot
@@ -18,6 +18,7 @@ from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.simulation.planar_simulation.placement import place_planar
+from gaitopt.simulation.planar_simulation.planar_simulator import check_event
 
 if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
@@ -56,7 +57,7 @@ class PlanarWalkProblem:
     Raises
     ------
     InputError
-        At construction, if a parameter is invalid, or the robot fails its check.
+        At construction, if a name or a parameter is invalid, or the robot fails its check.
 
     Examples
     --------
@@ -84,6 +85,15 @@ class PlanarWalkProblem:
         from gaitopt.model.planar.planar_check import require_planar
 
         require_planar(self.robot, self.parameters)
+        check_event(self.robot, self.section)
+        for what, names, known in (
+            ("coordinates: there is no coordinate", self.coordinates, self.robot.coordinates),
+            ("rates: there is no coordinate", self.rates, self.robot.coordinates),
+            ("on: there is no contact", self.on, self.robot.contact_names),
+        ):
+            for name in names:
+                if name not in known:
+                    raise InputError(f"{what} {name!r} of {self.robot.name!r}. {suggest(name, known)}")
 
     @classmethod
     def from_gait(cls, gait: PlanarGait, law: PlanarLaw | None = None) -> Self:
@@ -161,19 +171,41 @@ class PlanarWalkProblem:
             known.append(cycle)
             yield cycle
 
+    def explain_failure(self, engine: "PlanarEngine | None" = None) -> str:
+        """Return a sentence that states why no gait is found from the given state.
+
+        Parameters
+        ----------
+        engine : PlanarEngine, optional
+            By default the reference engine.
+        """
+        try:
+            cycle = self._converge(self.coordinates, self.rates, engine)
+        except InputError as error:
+            return str(error)
+        if cycle is None:
+            return "From the given state, Newton's method does not converge to a periodic gait."
+        return f"The gait that is found from the given state has the sequence {cycle.sequence!r}."
+
     def _find(
         self, coordinates: Mapping[str, float], rates: Mapping[str, float], engine: "PlanarEngine | None"
     ) -> "PlanarCycle | None":
         """Return the gait to which Newton's method converges from a start, or None."""
-        from gaitopt.stability.planar_gaits.planar_cycle import find_planar_cycle
-
         try:
-            q, v = place_planar(self.robot, coordinates, rates, self.parameters, on=self.on)
-            options: dict[str, Any] = {"section": self.section, "torque": self.torque}
-            options |= {} if engine is None else {"engine": engine}
-            return find_planar_cycle(self.robot, q, v, self.parameters, **options)
+            return self._converge(coordinates, rates, engine)
         except InputError:  # the robot falls, or does not stand on its contacts
             return None
+
+    def _converge(
+        self, coordinates: Mapping[str, float], rates: Mapping[str, float], engine: "PlanarEngine | None"
+    ) -> "PlanarCycle | None":
+        """Return the gait near a start, or None; InputError if the motion does not begin, or not reach its end."""
+        from gaitopt.stability.planar_gaits.planar_cycle import find_planar_cycle
+
+        q, v = place_planar(self.robot, coordinates, rates, self.parameters, on=self.on)
+        options: dict[str, Any] = {"section": self.section, "torque": self.torque}
+        options |= {} if engine is None else {"engine": engine}
+        return find_planar_cycle(self.robot, q, v, self.parameters, **options)
 
     def _are_same(self, one: "PlanarCycle", other: "PlanarCycle") -> bool:
         """Return whether two gaits have the same state, apart from the place along the ground."""
