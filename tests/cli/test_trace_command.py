@@ -232,6 +232,27 @@ def test_a_robot_with_several_contacts_is_traced(command, root):
 
 
 @pytest.mark.slow
+def test_a_saved_gait_of_several_contacts_is_traced_under_a_law(command, root, folder):
+    gait = root / "docs/examples/heel_toe.h5"
+    options = ("--over", "slope=0.03:0.0301", "--law", "joint_pd", "--gain", "motor_damping=60")
+    result = command("trace", gait, *options, "--json", "-o", "branch.nc")
+    assert result.status == 0, result.err
+    (branch,) = result.json["branches"]
+    (assessed,) = command("stability", gait, *options[2:], "--json").json["gaits"]
+    assert branch["points"][0]["value"] == pytest.approx(0.03)
+    assert branch["points"][0]["multipliers"][0] == pytest.approx(assessed["multipliers"][0], abs=1e-6)
+    excluded = command("trace", gait, "--over", "slope=0.04:0.05")
+    assert excluded.status == 2
+    assert "must contain the start" in excluded.err
+
+
+def test_a_script_with_an_optimal_gait_of_several_contacts_is_referred_to_the_saved_gait(command, root):
+    refused = command("trace", root / "problems/flat_foot.py", "--over", "friction=0.8:0.7")
+    assert refused.status == 2
+    assert "'gaitopt trace GAIT.h5' follows the saved gait over a parameter; the guide" in refused.err
+
+
+@pytest.mark.slow
 def test_the_simplest_walker_doubles_its_period_in_the_limit_of_light_legs(command, root, folder):
     # 0.0150884379 rad for feet without mass, from a computation without legs' inertia; Garcia et al. (1998): 0.015.
     (folder / "problems").symlink_to(root / "problems")
