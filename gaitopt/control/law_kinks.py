@@ -35,7 +35,7 @@ CONSECUTIVE = 3
 """Number of consecutive samples with a kink from which the motion is along the kink and does not only cross it."""
 
 
-class _Stretch(NamedTuple):
+class _PlannedPhase(NamedTuple):
     """Samples of a phase of the plan on which one law acts."""
 
     law: Law
@@ -63,8 +63,8 @@ def require_derivative(gait: AnyGait, law: Law | PlanarLaw) -> None:
         return
     names = ("x", "y", *gait.robot.angles) if isinstance(gait, Gait) else gait.robot.coordinates
     latched = np.array(parts[0].memory.latch(*_first_state(gait), parts[0].table[:, 0])).ravel()
-    for stretch in _list_stretches(gait, law):
-        place = _find_kink(stretch, latched)
+    for phase in _list_phases(gait, law):
+        place = _find_kink(phase, latched)
         if place is not None:
             actuator, entry = gait.robot.actuators[place[0]], place[1]
             state = f"the {'coordinate' if entry < len(names) else 'rate of'} {names[entry % len(names)]!r}"
@@ -86,30 +86,30 @@ def _first_state(gait: AnyGait) -> tuple[Array, Array]:
     return first.q[:, 0], first.v[:, 0]
 
 
-def _list_stretches(gait: AnyGait, law: Law | PlanarLaw) -> Iterator[_Stretch]:
+def _list_phases(gait: AnyGait, law: Law | PlanarLaw) -> Iterator[_PlannedPhase]:
     """Yield the phases of the first period of the plan with the law that acts there."""
     begin = gait.motion.segments[0].time[0]
     if isinstance(gait, Gait) and isinstance(law, Law):
         for one in gait.motion.segments:
             if one.step == gait.motion.segments[0].step:
-                yield _Stretch(law, one.mode.sign, one.time - begin, one.q, one.v, one.torque)
+                yield _PlannedPhase(law, one.mode.sign, one.time - begin, one.q, one.v, one.torque)
     if isinstance(gait, PlanarGait) and isinstance(law, PlanarLaw):
         number = 0
         for each, event in zip(gait.motion.segments, gait.motion.events, strict=True):
-            yield _Stretch(law.parts[number], 0, each.time - begin, each.q, each.v, each.torque)
+            yield _PlannedPhase(law.parts[number], 0, each.time - begin, each.q, each.v, each.torque)
             ends = event.is_impact or law.ending(number) in event.names
             number = min(number + ends, len(law.parts) - 1)
 
 
-def _find_kink(stretch: _Stretch, latched: Array) -> tuple[int, int] | None:
+def _find_kink(phase: _PlannedPhase, latched: Array) -> tuple[int, int] | None:
     """Return the actuator and the entry of the state (q, v) of a kink along a phase, or None."""
-    base = _evaluate(stretch, latched, None, 0.0)
-    on_plan = np.max(np.abs(base - stretch.torque) / (1 + np.abs(stretch.torque)), axis=0, initial=0.0) <= ON_PLAN
+    base = _evaluate(phase, latched, None, 0.0)
+    on_plan = np.max(np.abs(base - phase.torque) / (1 + np.abs(phase.torque)), axis=0, initial=0.0) <= ON_PLAN
     on_plan[[0, -1]] = False  # a piece of the law may begin or end there
-    for entry in range(2 * stretch.q.shape[0]):
+    for entry in range(2 * phase.q.shape[0]):
         differences = []
         for step in (STEP, 10 * STEP):
-            sides = [_evaluate(stretch, latched, entry, sign * step) - base for sign in (1, -1)]
+            sides = [_evaluate(phase, latched, entry, sign * step) - base for sign in (1, -1)]
             differences.append(np.abs(sides[0] + sides[1]) / step)
             slope = np.max(np.abs(sides), axis=0) / step
         kinks = (differences[0] > LEAST_KINK * (1 + slope)) & (differences[0] > PERSISTENCE * differences[1]) & on_plan
@@ -119,15 +119,13 @@ def _find_kink(stretch: _Stretch, latched: Array) -> tuple[int, int] | None:
     return None
 
 
-def _evaluate(stretch: _Stretch, latched: Array, entry: int | None, change: float) -> Array:
+def _evaluate(phase: _PlannedPhase, latched: Array, entry: int | None, change: float) -> Array:
     """Return the torque at all samples, shape (n_u, K), with a changed entry of the state (q, v)."""
-    law, n, count = stretch.law, stretch.q.shape[0], stretch.time.size
-    y = np.vstack([stretch.q, stretch.v])
-    columns = [law.data(t, np.append(state, latched)) for t, state in zip(stretch.time, y.T, strict=True)]
+    law, n, count = phase.law, phase.q.shape[0], phase.time.size
+    y = np.vstack([phase.q, phase.v])
+    columns = [law.data(t, np.append(state, latched)) for t, state in zip(phase.time, y.T, strict=True)]
     if entry is not None:
         y[entry] += change
     values = np.tile(latched[:, None], count)
-    torque = law.control(
-        stretch.time[None], y[:n], y[n:], values, np.full((1, count), stretch.slide), np.array(columns).T
-    )
+    torque = law.control(phase.time[None], y[:n], y[n:], values, np.full((1, count), phase.slide), np.array(columns).T)
     return np.asarray(torque[0], dtype=float)

@@ -79,9 +79,9 @@ def assess_stability(
     robot = gait.robot
     law = feedforward(robot, gait.motion) if law is None else law
     check_law(law)
-    require_derivative(gait, law)
     chosen = choose_engine(engine, law, robot)
     walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=chosen)
+    require_derivative(gait, law)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     cycle = find_cycle(walker, Section(robot, walker.p, sliding=True).project(state))

@@ -52,8 +52,8 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     0.68
     """
     law = planar_feedforward(gait) if law is None else law
-    require_derivative(gait, law)
     automaton = PlanarAutomaton(gait.robot, gait.robot.resolve(gait.motion.parameters), law, engine=engine)
+    require_derivative(gait, law)
     first = gait.motion.segments[0]
     cycle = find_cycle_from(automaton, first.q[:, 0].copy(), first.v[:, 0].copy(), law.section, tolerance=PLANNED)
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:

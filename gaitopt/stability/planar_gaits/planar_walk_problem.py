@@ -18,7 +18,6 @@ from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.simulation.planar_simulation.placement import place_planar
-from gaitopt.simulation.planar_simulation.planar_simulator import check_event
 
 if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
@@ -83,6 +82,7 @@ class PlanarWalkProblem:
         check_robot_type(self.robot, PlanarRobot, "a PlanarRobot such as kneed_walker()", "WalkProblem")
         object.__setattr__(self, "parameters", self.robot.resolve(self.parameters))
         from gaitopt.model.planar.planar_check import require_planar
+        from gaitopt.simulation.planar_simulation.planar_simulator import check_event  # which imports scipy
 
         require_planar(self.robot, self.parameters)
         check_event(self.robot, self.section)
