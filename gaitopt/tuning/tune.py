@@ -122,9 +122,9 @@ def tune_feedback(
 
 
 def _require_derivative(gait: AnyGait, family: ControllerFamily) -> None:
-    """Raise InputError if the law of the default gains has a kink along the plan, as it has for all gains then."""
+    """Raise InputError if the law of the first gains has a kink along the plan, as it has for other gains then."""
     try:
-        law = family.law({})
+        law = family.law({gain.name: gain.start for gain in family.gains})
     except InputError:  # no law exists for these gains
         return
     require_derivative(gait, law)
