@@ -33,7 +33,7 @@ COSTLY = (
 
 SLOW_PAGES = (
     *("docs/howto/branches.md", "docs/howto/design.md", "docs/howto/sweeps.md", "docs/howto/open_sequences.md"),
-    "docs/howto/several_contacts.md",
+    *("docs/howto/several_contacts.md", "docs/howto/custom_robot_walks.md"),
 )
 """Pages whose examples count as slow tests."""
 

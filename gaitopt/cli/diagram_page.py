@@ -73,7 +73,7 @@ def find_problem(diagram: "BranchDiagram", file: Path, source: Path | None) -> "
 
 def _problem_of(diagram: "BranchDiagram", file: Path, source: Path | None) -> "AnyWalkProblem":
     """Return the walking problem of a diagram, with the parameters and gains in the diagram."""
-    from gaitopt.cli.inputs import Request, read_input
+    from gaitopt.cli.inputs import Request, read_walk
     from gaitopt.model.robots.catalogue import CATALOGUE
     from gaitopt.stability.walk_problem import WalkProblem
 
@@ -88,8 +88,7 @@ def _problem_of(diagram: "BranchDiagram", file: Path, source: Path | None) -> "A
     elif source.suffix == ".py":
         problem = Request(source=source, settings=[]).problem
     else:
-        subject = read_input(Request(source=source, settings=[]), 0)
-        problem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
+        problem, _ = read_walk(Request(source=source, settings=[]))
     return _set_values(problem, diagram.parameters)
 
 

@@ -5,6 +5,7 @@ import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from gaitopt.cli.script import (
     ROBOT_OF_SCRIPT,
@@ -17,13 +18,14 @@ from gaitopt.cli.script import (
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
-from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import engine_named
+from gaitopt.simulation.engine_choice import engine_named, planar_engine_named
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.cycle_search import search_cycles, sort_cycles
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 from gaitopt.stability.walk_problem import WalkProblem
 
@@ -66,7 +68,7 @@ class Request:
     settings: list[str]
     script: Path | None = None
     engine: str = "auto"
-    feedback: Callable[[Gait, Robot], Law] | None = None
+    feedback: Callable[[AnyGait, Any], Any] | None = None
 
     @property
     def is_script(self) -> bool:
@@ -135,6 +137,28 @@ def read_input(request: Request, starts: int, *, steps: int = 1, first: bool = F
         If an option does not apply to the source, or the source is invalid.
     """
     return _of_script(request, starts, steps, first) if request.is_script else _of_gait(request)
+
+
+def read_walk(request: Request) -> tuple[WalkProblem | PlanarWalkProblem, Cycle | PlanarCycle]:
+    """Return the walk of a saved gait under the law of the request, and its periodic gait.
+
+    Parameters
+    ----------
+    request : Request
+        With a gait file as its source.
+
+    Raises
+    ------
+    InputError
+        If an option does not apply to a saved gait, or the gait or its law is invalid.
+    """
+    gait = request.gait
+    if not isinstance(gait, PlanarGait):
+        subject = read_input(request, 0)
+        return WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law), subject.gaits[0]
+    law = None if request.feedback is None else request.feedback(gait, gait.robot)
+    problem = PlanarWalkProblem.from_gait(gait, law)
+    return problem, assess_planar(gait, law, engine=planar_engine_named(request.engine))
 
 
 def _of_gait(request: Request) -> CommandInput:

@@ -25,7 +25,7 @@ HEADROOM = 1.2
 
 def find_feedback(
     name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
-) -> "Callable[[Gait, Robot], Law] | None":
+) -> "Callable[[AnyGait, Any], Any] | None":
     """Return a function that makes the law of a saved gait, or None if its torques are replayed."""
     if name == OPEN_LOOP and not gains and torque_limit is None and not stance_angle:
         return None
@@ -33,9 +33,14 @@ def find_feedback(
 
 
 def law_for(
-    gait: "Gait", robot: "Robot", name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
-) -> "Law":
-    """Return a law for a gait; gains that are not given as NAME=VALUE keep their defaults or tuned values."""
+    gait: "AnyGait", robot: Any, name: str, gains: list[str] | None, torque_limit: float | None, stance_angle: bool
+) -> Any:
+    """Return a law for a gait, a Law or PlanarLaw; gains not given as NAME=VALUE keep defaults or tuned values."""
+    from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if isinstance(gait, PlanarGait):
+        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
     if name == OPEN_LOOP:
         from gaitopt.control.law import feedforward
         from gaitopt.control.phase_variable import by_stance_angle
@@ -65,11 +70,6 @@ def law_of_gait(
     stance_angle: bool = False,
 ) -> Any:
     """Return the law of a gait, a Law or PlanarLaw, from the options of a command."""
-    from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.motion.planar_gait import PlanarGait
-
-    if isinstance(gait, PlanarGait):
-        return PlanarLawOption(name, gains or [], torque_limit, stance_angle).make(gait)
     return law_for(gait, gait.robot, name, gains, torque_limit, stance_angle)
 
 

@@ -115,7 +115,8 @@ Rise = Annotated[
     typer.Option(
         "--rise",
         metavar="POSITION:HEIGHT",
-        help="Change of the height of the ground at a position along it [m]; negative downwards (repeatable).",
+        help="Change of the height of the ground at a position along it [m]; negative downwards (repeatable). "
+        "Robots with several contacts only.",
     ),
 ]
 Patch = Annotated[
@@ -124,7 +125,7 @@ Patch = Annotated[
         "--patch",
         metavar="BEGIN:END:FRICTION",
         help="Patch of the ground between two positions [m] with the friction coefficient FRICTION (repeatable). "
-        "'gaitopt push' varies the loss of friction on a patch instead.",
+        "Robots with several contacts only; 'gaitopt push' varies the loss of friction on a patch, for all robots.",
     ),
 ]
 VerificationSteps = Annotated[

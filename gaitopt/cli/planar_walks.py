@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
 
+GUIDE = "The guide 'Stability and branches of a custom robot' explains the state from which gaits are sought."
+
+
 def find_planar_gaits(
     request: "Request", starts: int, *, steps: int, law: "PlanarLawOption"
 ) -> tuple["PlanarCycle", ...] | None:
@@ -55,6 +58,15 @@ def search_planar(problem: "PlanarWalkProblem", starts: int, *, steps: int, engi
     _check_steps(steps)
     cycles = itertools.islice(problem.search(starts, engine=planar_engine_named(engine)), starts)
     return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
+
+
+def explain_no_gait(request: "Request", engine: str) -> str:
+    """Return a sentence that states why no gait of a walking problem is found from its state."""
+    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+
+    problem = request.problem
+    reason = problem.explain_failure(planar_engine_named(engine)) if isinstance(problem, PlanarWalkProblem) else ""
+    return f"{reason} {GUIDE}"
 
 
 def _check_steps(steps: int) -> None:

@@ -300,7 +300,8 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
         raise InputError(
             f"{script.path} optimises a robot with several contacts, which this command does not accept; 'gaitopt "
             f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it, with --law lqr under feedback, and "
-            f"'gaitopt simulate {script.path}' simulates some steps."
+            f"'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved gait "
+            "over a parameter; the guide 'Stability and branches of a custom robot' shows how."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind = type(problem).__name__
@@ -335,8 +336,8 @@ def require_walking(gait: "AnyGait", file: Path) -> Gait:
     if isinstance(gait, PlanarGait):
         raise InputError(
             f"{file} is a gait of a robot with several contacts, which this command does not accept; 'gaitopt show', "
-            "'verify', 'stability', 'simulate', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and 'export' do. "
-            "'gaitopt report' compares several such gaits."
+            "'verify', 'stability', 'simulate', 'trace', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and "
+            "'export' do. 'gaitopt report' compares several such gaits."
         )
     return gait
 

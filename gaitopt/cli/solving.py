@@ -89,6 +89,7 @@ def solve(
     from gaitopt.cli.failed_solve import is_gait_file
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
+    from gaitopt.model.plausible_sizes import report_implausible_sizes
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
     repeated = is_gait_file(source)
@@ -102,6 +103,8 @@ def solve(
     check_writable(path)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
+    for remark in report_implausible_sizes(problem.robot, problem.values):
+        err.print(f"warning: {remark}", soft_wrap=True)  # before the solve, which may take long and fails
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
         gait = _solve_and_import(problem, observer, AFTER_THE_SOLVE if json or quiet else AFTER_THE_SOLVE + TABLE)

@@ -38,12 +38,11 @@ if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
     from gaitopt.continuation.checkpoint import Checkpoint
-    from gaitopt.continuation.gait_source import AnyWalkProblem
+    from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem
     from gaitopt.continuation.special_curve import SpecialCurve
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.simulation.engine import Engine
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
-    from gaitopt.stability.cycle import Cycle
 
 SecondRange = Annotated[
     str | None,
@@ -126,8 +125,8 @@ def trace(
     """Follow a gait as a parameter varies, through folds, period doublings and changes of the contact sequence.
 
     For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
-    saved gait is followed in both directions from the value of the parameter in its file. Saved and optimal gaits must
-    have one foot on the ground at a time; scripts with a walking problem may have robots with several contacts.
+    saved gait is followed in both directions from the value of the parameter in its file, with its planned torques or
+    under --law. Optimal gaits over a parameter are followed for robots with one foot on the ground at a time only.
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
@@ -203,7 +202,7 @@ def _trace_request(
 def _trace(
     problem: "AnyWalkProblem",
     axis: dict[str, tuple[float, float]],
-    start: "Cycle | None",
+    start: "AnyCycle | None",
     options: "TraceOptions",
     display: Display,
 ) -> "BranchDiagram":
@@ -254,22 +253,20 @@ def _trace_curves(
 
 def _trace_inputs(
     request: "Request", over: str, *, hidden: bool, option: str = "--over"
-) -> tuple["AnyWalkProblem", dict[str, tuple[float, float]], "Cycle | None"]:
+) -> tuple["AnyWalkProblem", dict[str, tuple[float, float]], "AnyCycle | None"]:
     """Return the walking problem, the axis in SI units, and the start of a saved gait."""
     import numpy as np
 
     from gaitopt.cli.axis import convert_axes, refuse_script_parameter, unconverted_axes
-    from gaitopt.cli.inputs import read_input
+    from gaitopt.cli.inputs import read_walk
     from gaitopt.cli.script import any_walk_problem, read_script
     from gaitopt.continuation.parameter_values import gains_of, unit_of
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
-    from gaitopt.stability.walk_problem import WalkProblem
 
     name, ends = read_range(over, option)
     if not request.is_script:
-        subject = read_input(request, 0)
-        problem: AnyWalkProblem = WalkProblem(robot=subject.robot, parameters=subject.parameters, law=subject.law)
-        return problem, {name: ends}, subject.cycle
+        walk, cycle = read_walk(request)
+        return walk, {name: ends}, cycle
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)

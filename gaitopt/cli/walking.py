@@ -29,7 +29,7 @@ from gaitopt.cli.options import (
     Verbose,
     WalkSetting,
 )
-from gaitopt.cli.output import print_json, print_reason, report_file
+from gaitopt.cli.output import err, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers, read_terrain
 from gaitopt.errors import InputError
@@ -42,6 +42,11 @@ if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
 
+PLANE = (
+    "--rise and --patch apply to robots with several contacts (assemble_planar), such as compass_with_two_feet. The "
+    "ground of a robot with one foot on the ground at a time is a plane with one friction coefficient: --set "
+    "friction=VALUE changes it for the whole walk, and 'gaitopt push' decreases it for the first five steps."
+)
 NO_GAIT = "no periodic gait found; try more --starts or another slope or friction"
 
 
@@ -71,7 +76,7 @@ def stability(
     """
     from gaitopt.cli.inputs import Request, read_input
     from gaitopt.cli.planar_law_option import PlanarLawOption
-    from gaitopt.cli.planar_walks import find_planar_gaits, report_planar_cycles
+    from gaitopt.cli.planar_walks import explain_no_gait, find_planar_gaits, report_planar_cycles
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.cycle_summary import summarise_cycle
 
@@ -85,6 +90,7 @@ def stability(
         report_planar_cycles(cycles or (), engine, json=json)
         if not cycles:
             print_reason(NO_GAIT)
+            err.print(explain_no_gait(request, engine), soft_wrap=True)
         raise typer.Exit(0 if cycles else 1)
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
@@ -150,7 +156,7 @@ def simulate(
     if planar is not None:
         _end_planar_walk(*planar, source.stem, file, engine=engine, json=json)
     if rise or patch:
-        raise InputError("--rise and --patch apply to robots with several contacts only.")
+        raise InputError(PLANE)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps, changes)
     _end_walk(walk, source.stem, file, json=json)

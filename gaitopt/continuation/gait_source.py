@@ -81,6 +81,10 @@ class GaitSource(ABC):
     def search(self, value: float, starts: int) -> tuple[AnyCycle, ...]:
         """Return the gaits that are found at a value, stable ones first."""
 
+    def explain_failure(self, value: float) -> str:
+        """Return a sentence that states why no gait is found at a value; empty if this is not known."""
+        return ""
+
     @abstractmethod
     def gait_near(self, value: float, state: Mapping[str, float], steps: int) -> AnyCycle | None:
         """Return the gait to which Newton's method converges from a state on the section, or None.
@@ -193,6 +197,10 @@ class PlanarGaits(GaitSource):
         """Return the gaits that are found at a value, stable ones first."""
         cycles = itertools.islice(self._problem_at(value).search(starts, engine=self._engine), starts)
         return tuple(sorted(cycles, key=lambda cycle: cycle.radius))
+
+    def explain_failure(self, value: float) -> str:
+        """Return a sentence that states why no gait is found from the state of the problem."""
+        return self._problem_at(value).explain_failure(self._engine)
 
     def start(self, cycle: Any, value: float | None = None) -> GaitStart:
         """Return a gait as a point of its family."""

@@ -190,7 +190,7 @@ class _Tracer:
         unit = "" if source.unit in ("", "1") else f" {source.unit}"
         raise NoGaitError(
             f"No periodic gait of {source.problem.name!r} was found at {source.parameter} = {ends[0]:g}{unit}; begin "
-            "the range where there is a gait."
+            f"the range where there is a gait. {source.explain_failure(ends[0])}".rstrip()
         )
 
     def follow_further_gaits(self) -> Iterator[GaitBranch]:

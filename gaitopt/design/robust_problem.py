@@ -54,7 +54,10 @@ class RobustProblem:
         if isinstance(self.problem, PlanarProblem):
             raise InputError(
                 "Robust gaits are planned for robots with one foot on the ground (GaitProblem) only, got "
-                f"{self.problem!r}."
+                f"{self.problem!r}. For a robot with several contacts, tune a law of its gait for several friction "
+                "coefficients ('gaitopt tune GAIT.h5 --law joint_pd --friction 0.3 --friction 0.5'), measure its "
+                "margins ('gaitopt push'), and follow the controlled gait over a parameter ('gaitopt trace GAIT.h5 "
+                "--law joint_pd')."
             )
         check_type("problem", self.problem, GaitProblem, "a GaitProblem(...)")
         check_type("scenarios", self.scenarios, Scenarios, "Scenarios(ranges={'friction': (0.1, 0.2)})")

@@ -57,6 +57,13 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
     return facts + list_remarks(solver)
 
 
+NOT_YET_VERIFIED = (
+    "A value that would suffice relaxes the conflict at the nodes of a coarse grid; no gait has been solved and "
+    "verified with it yet. If that solve ends as plan_inaccurate, relax the limit further."
+)
+"""Meaning of the sufficient value of a conflict."""
+
+
 def list_remarks(solver: SolverReport) -> Facts:
     """Return the warnings of a solve and, of a failure, the conflicting limits or the constraints that are not met.
 
@@ -68,6 +75,8 @@ def list_remarks(solver: SolverReport) -> Facts:
     """
     facts = [("warning", warning) for warning in solver.warnings]
     facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
+    if any(math.isfinite(conflict.sufficient) for conflict in solver.conflicts):
+        facts.append(("note", NOT_YET_VERIFIED))
     if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
         facts += [("not met", str(violation)) for violation in solver.violations]
     return facts

@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.basin_figure import ending_colors, name_ending
 from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend

@@ -17,7 +17,7 @@ from gaitopt.continuation.branch_diagram import (
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
-from gaitopt.plot.axis_labels import label_quantity, show_unit
+from gaitopt.motion.quantity_labels import label_quantity, show_unit
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.radius_curves import interpolate_radii
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style

@@ -6,7 +6,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
-from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.plot.axis_labels import label_quantity
+from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:

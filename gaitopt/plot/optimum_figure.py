@@ -9,8 +9,8 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
+from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
-from gaitopt.plot.axis_labels import label_quantity
 from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style

@@ -7,8 +7,8 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.axis_labels import label_quantity
 from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
 from gaitopt.plot.mode_bar import merge_modes
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, MODE_HATCH, NARROW, FigureStyle

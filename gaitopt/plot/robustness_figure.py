@@ -7,7 +7,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import NARROW, FigureStyle, line_style
 from gaitopt.stability.recovery import Recovery

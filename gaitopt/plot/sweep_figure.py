@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
-from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
 from gaitopt.plot.region_map import EMPTY, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style

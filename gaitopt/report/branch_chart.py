@@ -17,6 +17,7 @@ from gaitopt.continuation.branch_diagram import (
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import show_minus, typeset_powers
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.report.chart import COLOURS, HEIGHT, WIDTH, Chart, Curve
 from gaitopt.report.markup import Element, element, points
 
@@ -96,18 +97,6 @@ def show_value(value: float, unit: str, digits: int = 9) -> str:
     return text.replace("-", "\N{MINUS SIGN}")
 
 
-def name_unit(name: str, unit: str) -> str:
-    """Return a name in words with the unit of the diagram.
-
-    Examples
-    --------
-    >>> name_unit("slope", "rad"), name_unit("friction", "1"), name_unit("th1_rate", "rad/s")
-    ('slope [deg]', 'friction', 'th1 rate [rad/s]')
-    """
-    words, unit = name.replace("_", " "), "deg" if unit == "rad" else typeset_powers(unit)
-    return words if unit in ("", "1") else f"{words} [{unit}]"
-
-
 def describe_value(diagram: BranchDiagram, value: float) -> str:
     """Return the value of the parameter of a diagram with its name and unit.
 
@@ -138,8 +127,8 @@ def _make_chart(diagram: BranchDiagram, coordinate: str) -> Chart:
     quantity = f"{coordinate.replace('_', ' ')} after touchdown"
     return Chart(
         title=f"{coordinate} over {diagram.parameter}",
-        x_label=name_unit(diagram.parameter, diagram.unit),
-        y_label=name_unit(quantity, unit),
+        x_label=label_quantity(diagram.parameter, diagram.unit),
+        y_label=label_quantity(quantity, unit),
         unit="",
         lines=lines,
         closed=True,
@@ -147,7 +136,7 @@ def _make_chart(diagram: BranchDiagram, coordinate: str) -> Chart:
 
 
 def _values(diagram: BranchDiagram, branch: GaitBranch) -> Array:
-    return np.degrees(branch.values) if diagram.unit == "rad" else branch.values
+    return in_shown_unit(branch.values, diagram.unit)
 
 
 def _heights(branch: GaitBranch, coordinate: str) -> list[Array]:
@@ -155,8 +144,7 @@ def _heights(branch: GaitBranch, coordinate: str) -> list[Array]:
     if coordinate not in branch.names:
         return [np.full(branch.values.size, np.nan)]
     place = branch.names.index(coordinate)
-    rows = branch.orbits[:, :, place].T
-    return list(np.degrees(rows) if branch.units[place] == "rad" else rows)
+    return list(in_shown_unit(branch.orbits[:, :, place].T, branch.units[place]))
 
 
 def _branch_lines(
@@ -240,5 +228,4 @@ def _special_heights(branch: GaitBranch, coordinate: str, point: SpecialPoint) -
     if coordinate not in branch.names:
         return []
     place = branch.names.index(coordinate)
-    heights = branch.orbit_of(point)[:, place]
-    return (np.degrees(heights) if branch.units[place] == "rad" else heights).tolist()
+    return in_shown_unit(branch.orbit_of(point)[:, place], branch.units[place]).tolist()

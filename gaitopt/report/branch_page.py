@@ -12,8 +12,9 @@ from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.printable import show_minus
+from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.report.balance import spell_complex
-from gaitopt.report.branch_chart import ShownGait, describe_value, draw_diagram, name_unit, show_value
+from gaitopt.report.branch_chart import ShownGait, describe_value, draw_diagram, show_value
 from gaitopt.report.markup import Element, element, table, to_html
 from gaitopt.report.page import document
 from gaitopt.report.player import PlayedGait, make_player
@@ -127,7 +128,7 @@ def _special_table(diagram: BranchDiagram) -> Element | None:
         for row, (number, point) in enumerate(listed, 1)
     ]
     gaits = ("before", "after") if any(differ) else ("sequence",)
-    head = ("no.", "branch", "kind", name_unit(diagram.parameter, diagram.unit), *gaits)
+    head = ("no.", "branch", "kind", label_quantity(diagram.parameter, diagram.unit), *gaits)
     return table(rows, head, name="Special points") if rows else None
 
 
@@ -137,12 +138,12 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: ShownGait, *, 
     value, state = float(branch.values[number]), dict(zip(branch.names, branch.states[number], strict=True))
     multipliers = [complex(each) for each in branch.multipliers[number] if np.isfinite(each)]
     facts = [
-        (name_unit(diagram.parameter, diagram.unit), show_value(value, diagram.unit)),
+        (label_quantity(diagram.parameter, diagram.unit), show_value(value, diagram.unit)),
         ("sequence", show_minus(count_steps(branch.sequences[number]))),
         ("stable", "yes" if branch.stable[number] else "no"),
         ("multipliers", ", ".join(map(spell_complex, multipliers))),
         *(
-            (name_unit(name, unit), show_value(state[name], unit))
+            (label_quantity(name, unit), show_value(state[name], unit))
             for name, unit in zip(branch.names, branch.units, strict=True)
         ),
     ]

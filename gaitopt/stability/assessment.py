@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, check_law, feedforward
+from gaitopt.control.law_kinks import require_derivative
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.motion.gait import Gait, check_gait
@@ -55,7 +56,8 @@ def assess_stability(
     Raises
     ------
     InputError
-        If the gait is not a solution, its robot is not known, or no periodic gait is found near it.
+        If the gait is not a solution, its robot is not known, no periodic gait is found near it, or the law has a
+        kink along the plan.
 
     Examples
     --------
@@ -79,6 +81,7 @@ def assess_stability(
     check_law(law)
     chosen = choose_engine(engine, law, robot)
     walker = make_walker(robot, law, gait.motion.parameters, period=gait.period, engine=chosen)
+    require_derivative(gait, law)
     first = gait.motion.segments[0]
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     cycle = find_cycle(walker, Section(robot, walker.p, sliding=True).project(state))

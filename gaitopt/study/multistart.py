@@ -10,6 +10,7 @@ from attrs import evolve
 
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.planar_gait import PlanarGait
@@ -68,9 +69,7 @@ COST_RANGE, MAX_CANDIDATES = 0.02, 2
 this many that differ."""
 
 
-def solve_start(
-    problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE_SOLVER, label: str | None = None
-) -> Gait:
+def solve_start(problem: GaitProblem, start: Gait | Guess, solver: Newton = FINE_SOLVER) -> Gait:
     """Solve a problem from a guess, or warm-started from a gait of any contact sequence and grid.
 
     Parameters
@@ -78,31 +77,30 @@ def solve_start(
     problem : GaitProblem
     start : Gait or Guess
     solver : Newton
-    label : str, optional
-        Origin of a gait, for the record; :func:`label_of` by default.
 
     Raises
     ------
     KeyboardInterrupt
         If the user interrupts it: the last iterate is not a result of a study.
     """
-    guess = WarmStart(start, label or label_of(start)) if isinstance(start, Gait) else start
+    guess = WarmStart(start, f"a gait '{start.sequence}'", start.sequence) if isinstance(start, Gait) else start
     gait = solve_from(problem, guess, solver, silent)
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return gait.without_certificate()  # its evaluation takes as long as a solve
 
 
-def label_of(gait: Gait) -> str:
-    """Return the label of a start from a gait, for the record.
+def neighbour_of(gait: Gait) -> ContactSequence | None:
+    """Return the contact sequence of the gait from which a study solved a gait, or None if it was another guess.
 
     Examples
     --------
     >>> from gaitopt import load
-    >>> label_of(load("docs/examples/compass_slip.h5"))
-    "a gait 'slip+ stick | slip+'"
+    >>> neighbour_of(load("docs/examples/compass_slip.h5")) is None
+    True
     """
-    return f"a gait '{gait.sequence}'"
+    sequence = gait.problem.get("neighbour")  # files of earlier versions do not contain it
+    return None if sequence is None else ContactSequence.parse(sequence)
 
 
 def estimate_cost_factor(gait: Gait, coarse: Gait) -> Gait:
@@ -183,7 +181,8 @@ def solve_fine(problem: GaitProblem, coarse: Sequence[Gait]) -> list[Gait]:
     """
     if not coarse[0].status.ok:
         return [coarse[0]]
-    fine = [solve_start(problem, gait, label=gait.problem["guess"]) for gait in select_candidates(coarse)]
+    starts = [WarmStart(gait, gait.problem["guess"], neighbour_of(gait)) for gait in select_candidates(coarse)]
+    fine = [solve_start(problem, start) for start in starts]
     return sorted(fine, key=_rank)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.law_kinks import require_derivative
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.interrupts import InterruptRecord, hold_interrupt
@@ -72,7 +73,7 @@ def tune_feedback(
     Raises
     ------
     InputError
-        If the gait is not a solution, or the family has no gains.
+        If the gait is not a solution, the family has no gains, or its law has a kink along the plan.
 
     Examples
     --------
@@ -90,6 +91,7 @@ def tune_feedback(
     check_type("family", family, ControllerFamily, example)
     _require_gains(family)
     gait.require()
+    _require_derivative(gait, family)
     robot, search = gait.robot, search or GainSearchOptions()
     objective, start_time = objective or SpectralRadius(), time.perf_counter()
     gain_search = GainSearch(gait, robot, family, objective, tuple(frictions), engine, observer)
@@ -117,6 +119,15 @@ def tune_feedback(
         bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
     )
+
+
+def _require_derivative(gait: AnyGait, family: ControllerFamily) -> None:
+    """Raise InputError if the law of the first gains has a kink along the plan, as it has for other gains then."""
+    try:
+        law = family.law({gain.name: gain.start for gain in family.gains})
+    except InputError:  # no law exists for these gains
+        return
+    require_derivative(gait, law)
 
 
 def _require_gains(family: ControllerFamily) -> None:

@@ -166,7 +166,8 @@ def test_a_walk_over_steps_and_patches(capsys, tmp_path):
     [
         (KNEED, ("--rise", "0.6"), "--rise must have the form POSITION:HEIGHT, lengths in m, got '0.6'"),
         (KNEED, ("--patch", "1:0:0.1"), "begin before it ends"),
-        (str(PROBLEMS / "compass_passive.py"), ("--rise", "0.6:0.1"), "robots with several contacts only"),
+        (str(PROBLEMS / "compass_passive.py"), ("--rise", "0.6:0.1"), "robots with several contacts (assemble_planar)"),
+        (str(PROBLEMS / "compass_passive.py"), ("--patch", "0:1:0.1"), "--set friction=VALUE changes it for the whole"),
     ],
 )
 def test_terrain_options_that_are_refused(capsys, script, option, sentence):

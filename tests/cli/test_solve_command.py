@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from gaitopt import Status, load
+from gaitopt import InputError, Status, load
 from gaitopt.cli.script import build_problem
 from tests.references.storage import reference
 
@@ -64,7 +64,7 @@ except SystemExit as end:
     print(end.code, [name for name in heavy if name in sys.modules])
 """
     run = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
-    assert run.stdout.split(maxsplit=1) == ["0", "[]\n"], run.stdout + run.stderr
+    assert run.stdout.split(maxsplit=1) == ["0", "[]\n"], run.stdout + run.err
 
 
 def test_the_main_job_at_its_defaults(process, root, folder):
@@ -132,6 +132,23 @@ def test_settings_reach_the_problem(command, root, folder):
     assert resolved["objective"] == "torque_squared"
     assert resolved["intervals"] == [8]
     assert run.json["sequence"] == "stick | stick"
+
+
+def test_implausible_sizes_are_reported_before_the_solve(command, root, folder, monkeypatch):
+    def end(*_, **__):
+        raise InputError("the solve has begun")
+
+    monkeypatch.setattr("gaitopt.cli.solving._solve_and_import", end)
+    printed = command("solve", root / "problems" / "compass_slip.py", "--set", "leg_length=1000").err
+    assert printed.index("warning: leg_length = 1000 m is implausible") < printed.index("the solve has begun")
+
+
+def test_implausible_sizes_are_the_first_warning(command, root, folder):
+    script = root / "problems" / "compass_slip.py"
+    done = command("solve", script, "--set", "leg_length=1000", "--json")
+    assert done.status == 1
+    assert done.json["warnings"][0].startswith("leg_length = 1000 m is implausible")
+    assert "leg_length = 1000 m is implausible" in done.err
 
 
 @pytest.mark.parametrize("free", ["None", "free"])

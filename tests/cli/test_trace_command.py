@@ -12,6 +12,8 @@ from gaitopt import load_diagram
 from gaitopt.cli.output import out
 from gaitopt.cli.trace_output import print_diagram
 from gaitopt.continuation import SpecialKind
+from gaitopt.continuation.gait_source import make_gait_source
+from gaitopt.continuation.tracing import make_diagram
 from gaitopt.study.storage.study_lock import lock_study
 from tests.docs.checked_commands import read_command
 
@@ -229,6 +231,30 @@ def test_a_robot_with_several_contacts_is_traced(command, root):
     fast = command(*arguments, "--engine", "heyoka", "--json")
     (other,) = fast.json["branches"]
     assert other["points"][0]["multipliers"][0] == pytest.approx(branch["points"][0]["multipliers"][0], abs=1e-8)
+
+
+@pytest.mark.slow
+def test_the_trace_of_a_saved_gait_of_several_contacts_begins_with_its_gait_under_the_law(command, root, monkeypatch):
+    begun = []
+
+    def begin(problem, axis, start, options, display):
+        begun.append(make_gait_source(problem, axis, options.engine).start(start))
+        return make_diagram(problem, axis, [])
+
+    monkeypatch.setattr("gaitopt.cli.trace_command._trace", begin)
+    gait, law = root / "docs/examples/heel_toe.h5", ("--law", "joint_pd", "--gain", "motor_damping=60")
+    (assessed,) = command("stability", gait, *law, "--json").json["gaits"]
+    for axis, value in (("slope=0.03:0.04", 0.03), ("motor_damping=50:70", 60)):
+        assert command("trace", gait, "--over", axis, *law, "--json").status == 0
+        family, z, start = begun.pop()
+        assert start == value
+        assert family.cycle(z, start).radius == pytest.approx(assessed["radius"], rel=1e-6)
+
+
+def test_a_script_with_an_optimal_gait_of_several_contacts_is_referred_to_the_saved_gait(command, root):
+    refused = command("trace", root / "problems/flat_foot.py", "--over", "friction=0.8:0.7")
+    assert refused.status == 2
+    assert "'gaitopt trace GAIT.h5' follows the saved gait over a parameter; the guide" in refused.err
 
 
 @pytest.mark.slow

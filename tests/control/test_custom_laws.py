@@ -9,7 +9,7 @@ import pytest
 from gaitopt import InputError, compass_biped, feedforward, find_cycles, joint_pd, load
 from gaitopt.control import define_law, planar_feedforward, planar_joint_pd
 from gaitopt.stability import assess_planar, assess_stability
-from gaitopt.tuning import ControllerFamily
+from gaitopt.tuning import ControllerFamily, tune_feedback
 from tests.stability.difference_quotients import planar_differences
 
 COMPASS = load("docs/examples/compass_slip.h5")
@@ -237,3 +237,45 @@ def test_invalid_arguments_get_a_sentence():
         foot_placement(HEEL_TOE.robot, HEEL_TOE.motion)
     with pytest.raises(InputError, match="must be the Gait of a robot with one foot on the ground"):
         hip_servo(COMPASS.robot, HEEL_TOE)
+
+
+KINKS = {
+    "fabs": lambda x: ca.fabs(x),
+    "if_else": lambda x: ca.if_else(x > 0, 2 * x, x),
+    "fmax": lambda x: ca.fmax(x, 3 * x),
+}
+
+
+def curved_servo(shape):
+    """Return a law whose torque depends on the error by a function."""
+
+    @define_law
+    def servo(state, plan, stiffness=5.0):
+        (name, actuator) = ("b", "motor") if "motor" in plan.torque.names else ("th2", "hip")
+        return {actuator: plan.torque[actuator] - stiffness * shape(state.q[name] - plan.q[name])}
+
+    return servo
+
+
+@pytest.mark.parametrize("gait", [COMPASS, HEEL_TOE], ids=["one foot", "several contacts"])
+@pytest.mark.parametrize("shape", KINKS.values(), ids=KINKS)
+def test_a_law_with_a_kink_along_the_plan_is_rejected_immediately(gait, shape):
+    law = curved_servo(shape)(gait.robot, gait)
+    with pytest.raises(InputError, match=r"has a kink at the planned motion: .* the coordinate '(b|th2)' on both"):
+        assess_stability(gait, law)
+    with pytest.raises(InputError, match="has a kink at the planned motion"):
+        tune_feedback(gait, ControllerFamily.from_law(law))
+
+
+@pytest.mark.parametrize("gait", [COMPASS, HEEL_TOE], ids=["one foot", "several contacts"])
+def test_kinks_apart_from_the_plan_and_smooth_laws_are_accepted(gait):
+    for shape in (lambda x: ca.fmax(x, -0.5), lambda x: ca.sqrt(x**2 + 1e-2) - 0.1):
+        assert np.isfinite(assess_stability(gait, curved_servo(shape)(gait.robot, gait)).radius)
+
+
+def test_a_kink_that_the_motion_crosses_is_accepted():
+    @define_law
+    def crossed(state, plan, stiffness=1.0):
+        return {"hip": plan.torque["hip"] + stiffness * ca.fmax(state.q["th1"], 0) * (state.q["th2"] - plan.q["th2"])}
+
+    assert np.isfinite(assess_stability(COMPASS, crossed(COMPASS.robot, COMPASS)).radius)

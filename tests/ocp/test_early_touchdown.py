@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt import Margins
 from gaitopt.model import compass_with_two_feet
+from gaitopt.motion.undecided_touchdowns import find_undecided_touchdowns_of_parts
 from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem
 from gaitopt.ocp.multicontact.early_touchdown import (
     find_early_touchdowns,
@@ -12,9 +13,10 @@ from gaitopt.ocp.multicontact.early_touchdown import (
 )
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
+from gaitopt.ocp.multicontact.planar_plan import SampledPlan
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
-from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
+from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from tests.ocp.multicontact_examples import walk
@@ -55,7 +57,7 @@ def find_places(planned, gaps, *angles):
     """Return the labels of the places at which foot B is below the ground after an early touchdown."""
     problem, transcription, _ = planned
     x = place_foot(planned, gaps, *(angles or (AHEAD,)))
-    rows = find_early_touchdowns(transcription, problem.values, x, 0.0)
+    rows = find_early_touchdowns(SampledPlan(transcription, problem.values, x), 0.0)
     assert all(transcription.constraints.entries[row][1].of == "foot B" for row in rows)
     return {transcription.constraints.label(row)[0] for row in rows}
 
@@ -88,9 +90,10 @@ def test_a_foot_that_has_stood_on_the_ground_is_not_below_it_because_of_its_prev
 def test_an_armed_foot_on_the_ground_in_the_middle_of_a_phase_grazes_it(planned, gap, angles, count):
     problem, transcription, _ = planned
     x = place_foot(planned, [0.03, 0.02, 0.02, 0.02, gap, 0.01, 0.0], angles)
-    grazes = find_undecided_in_plan(transcription, problem.values, x)
+    plan = SampledPlan(transcription, problem.values, x)
+    grazes = find_undecided_touchdowns_of_parts(plan.robot, plan.values, plan.parts)
     assert [(graze.contact, graze.part) for graze in grazes] == [("foot B", 1)] * count
-    rows = find_rows_beside(transcription, x, grazes, 0.001)
+    rows = find_rows_beside(plan, grazes, 0.001)
     assert len(rows) == 2 * count
     assert all(transcription.constraints.entries[row][1].of == "foot B" for row in rows)
 

@@ -119,8 +119,8 @@ def test_the_force_of_a_joint_stop_has_no_margin_that_is_advised():
 def test_a_contact_that_closes_before_its_touchdown_makes_a_plan_inaccurate(monkeypatch):
     """If no repair raises the foot, the plan is not called solved, and its warning names the contact and the phase."""
 
-    def find_row(transcription, *arguments):
-        gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in transcription.constraints.entries)
+    def find_row(plan, clearance):
+        gap = (key.kind is Kind.GAP and key.of == "foot B" for _, key in plan.transcription.constraints.entries)
         return {next(row for row, is_gap in enumerate(gap) if is_gap): -1.0}
 
     monkeypatch.setattr("gaitopt.ocp.multicontact.grid_result.find_early_touchdowns", find_row)

@@ -102,14 +102,15 @@ def test_a_start_that_does_not_converge_is_followed_by_one_from_the_motion(solve
     assert again.solver.iterations > 2
 
 
-def find_low_foot(transcription, values, x, clearance):
+def find_low_foot(plan, clearance):
     """Return the gap of foot B in the middle of the swing if it is less than the clearance."""
-    (phase,), robot = transcription.phases, transcription.structure.robot
-    part, (q, *_) = sample_phase(transcription, phase, x)
+    transcription, robot = plan.transcription, plan.robot
+    (phase,) = transcription.phases
+    part, (q, *_) = sample_phase(transcription, phase, plan.x)
     sample, contact = 2 * part.size // 5, robot.contact_index("foot B")
     row = row_of(transcription, phase, contact, sample)
     least = clearance * share_of_clearance(transcription, row)
-    gap = float(robot.gaps(q[:, sample], robot.vector(values))[0][contact])
+    gap = float(robot.gaps(q[:, sample], robot.vector(plan.values))[0][contact])
     return {row: least} if gap < least - 1e-7 else {}
 
 

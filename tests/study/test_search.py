@@ -12,6 +12,7 @@ from gaitopt import (
     InputError,
     LinearGuess,
     PositiveWork,
+    WarmStart,
     load,
     search,
     solve,
@@ -138,7 +139,8 @@ def test_a_neighbour_that_the_gait_was_solved_from_is_not_tried_twice(monkeypatc
     monkeypatch.setattr(module, "solve_coarse", lambda problem, starts, **options: tried.append(starts) or [neighbour])
     monkeypatch.setattr(module, "solve_fine", lambda problem, coarse: coarse)
     monkeypatch.setattr(module, "verify_best", lambda problem, gaits: gaits)
-    for start, number in ((LinearGuess(), 1), (neighbour, 0)):
+    same_label = WarmStart(neighbour, f"a gait '{neighbour.sequence}'")  # a guess of the user, not of the search
+    for start, number in ((LinearGuess(), 1), (same_label, 1), (neighbour, 0)):
         first = multistart.solve_fine(problem, multistart.solve_coarse(problem, [start]))[0]
         raised = first.replace_fields(solver=first.solver.replace_fields(objective=2 * neighbour.solver.objective))
         gaits = module.solve_sequence(problem, (problem.sequence, 0), raised, raised, neighbour)

@@ -8,7 +8,7 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_bounds import conditional_contacts
-from gaitopt.ocp.multicontact.planar_plan import sample_phase
+from gaitopt.ocp.multicontact.planar_plan import SampledPlan, sample_phase
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.keys import Group, Kind, Unknown
 
@@ -19,9 +19,7 @@ BELOW = 1e-9
 """Depth [m] from which a contact is below the ground."""
 
 
-def find_early_touchdowns(
-    transcription: PlanarTranscription, values: dict[str, float], x: Array, clearance: float
-) -> dict[int, float]:
+def find_early_touchdowns(plan: SampledPlan, clearance: float) -> dict[int, float]:
     """Return the rows of the gaps that are negative after a contact has touched down too early, and their bounds.
 
     A contact touches down if its gap decreases through zero while its arming condition is positive; it then counts as
@@ -30,19 +28,14 @@ def find_early_touchdowns(
 
     Parameters
     ----------
-    transcription : PlanarTranscription
-    values : dict
-        Every parameter by name.
-    x : (n_variables,) array
-        Decision vector.
+    plan : SampledPlan
     clearance : float [m]
     """
-    robot = transcription.structure.robot
+    transcription, robot, p = plan.transcription, plan.robot, plan.robot.vector(plan.values)
     rows, below = dict[int, float](), set[int]()
-    p = robot.vector(values)
     for phase in transcription.phases:
-        part, (q, v, _, _) = sample_phase(transcription, phase, x)
-        duration = x[transcription.variables[Unknown.DURATION][0, phase.number]]
+        part, (q, v, _, _) = sample_phase(transcription, phase, plan.x)
+        duration = plan.x[transcription.variables[Unknown.DURATION][0, phase.number]]
         curve = CubicHermiteSpline(duration * part, q, v, axis=1)
         gaps = np.array(robot.gaps.map(part.size)(q, p)[0])
         for i in conditional_contacts(robot):

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.locks import cached_property
-from gaitopt.motion.ground_penetration import Penetration
+from gaitopt.motion.ground_penetration import Penetration, find_penetrations_of_parts
 from gaitopt.motion.motion import Array
-from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown
+from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown, find_undecided_touchdowns_of_parts
 from gaitopt.ocp.multicontact.early_touchdown import find_early_touchdowns
-from gaitopt.ocp.multicontact.planar_plan import errors_between_nodes, plan_parameters
+from gaitopt.ocp.multicontact.planar_plan import SampledPlan, errors_between_nodes, plan_parameters
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_remarks import (
     REPLAYABLE,
@@ -23,12 +23,8 @@ from gaitopt.ocp.multicontact.planar_remarks import (
 )
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.multicontact.replay_prediction import predict_replay_error
-from gaitopt.ocp.multicontact.touchdown_from_below import (
-    find_highest_rows,
-    find_planned_penetrations,
-    find_rows_below,
-)
-from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside, find_undecided_in_plan
+from gaitopt.ocp.multicontact.touchdown_from_below import find_highest_rows, find_rows_below
+from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.reductions import worst
@@ -59,6 +55,10 @@ class GridResult:
     def values(self) -> dict[str, float]:
         """Every parameter by name, the free ones with their optimised values."""
         return plan_parameters(self.transcription, self.problem, self.outcome.x)
+
+    @cached_property
+    def _plan(self) -> SampledPlan:
+        return SampledPlan(self.transcription, self.values, self.outcome.x)
 
     @property
     def error(self) -> float:
@@ -92,21 +92,21 @@ class GridResult:
         """Rows of gaps that are negative after an early touchdown, and their bounds; see `find_early_touchdowns`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return {}
-        return find_early_touchdowns(self.transcription, self.values, self.outcome.x, self.problem.limits.clearance)
+        return find_early_touchdowns(self._plan, self.problem.limits.clearance)
 
     @cached_property
     def penetrations(self) -> tuple[Penetration, ...]:
-        """Contacts that are below the ground while armed; see `find_planned_penetrations`."""
+        """Contacts that are below the ground while armed; see `find_penetrations_of_parts`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return ()
-        return tuple(find_planned_penetrations(self.transcription, self.values, self.outcome.x))
+        return tuple(find_penetrations_of_parts(self._plan.robot, self._plan.values, self._plan.parts))
 
     @cached_property
     def undecided_touchdowns(self) -> tuple[UndecidedTouchdown, ...]:
-        """Touchdowns that rounding errors decide; see `find_undecided_in_plan`."""
+        """Touchdowns that rounding errors decide; see `find_undecided_touchdowns_of_parts`."""
         if not (self.outcome.status.ok or self.outcome.status is Status.PLAN_INACCURATE):
             return ()
-        return tuple(find_undecided_in_plan(self.transcription, self.values, self.outcome.x))
+        return tuple(find_undecided_touchdowns_of_parts(self._plan.robot, self._plan.values, self._plan.parts))
 
     @property
     def touchdowns_from_below(self) -> tuple[Penetration, ...]:
@@ -129,14 +129,13 @@ class GridResult:
         """
         if self.early_touchdowns or not (self.touchdowns_from_below or self.undecided_touchdowns):
             return self.early_touchdowns
-        transcription, x, clearance = self.transcription, self.outcome.x, self.problem.limits.clearance
-        rows = find_rows_below(transcription, self.values, x, self.touchdowns_from_below, clearance)
-        return rows | find_rows_beside(transcription, x, self.undecided_touchdowns, clearance)
+        clearance = self.problem.limits.clearance
+        rows = find_rows_below(self._plan, self.touchdowns_from_below, clearance)
+        return rows | find_rows_beside(self._plan, self.undecided_touchdowns, clearance)
 
     def list_highest_rows(self) -> list[int]:
         """Return the rows of the largest gaps between a penetration and the touchdown; see `find_highest_rows`."""
-        penetrations = [each for each in self.penetrations if each.lands]
-        return find_highest_rows(self.transcription, self.values, self.outcome.x, penetrations)
+        return find_highest_rows(self._plan, [each for each in self.penetrations if each.lands])
 
     def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""

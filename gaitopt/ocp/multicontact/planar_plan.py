@@ -1,14 +1,18 @@
 """Motion of a decision vector at nodes and inner points, and its error between nodes."""
 
 import functools
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.lazy import Deferred
+from gaitopt.locks import cached_property
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.planar.phase_system import PhaseSystem, group_sticking
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.contact_trajectories import sample_contacts
+from gaitopt.motion.ground_penetration import SampledPart
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
@@ -89,6 +93,41 @@ def sample_phase(
     ]
     at = (np.arange(count)[:, None] + fractions[:-1]).ravel() / count
     return np.append(at, 1.0), (joined[0], joined[1], joined[2], joined[3])
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPlan:
+    """A decision vector with the values of all parameters, and its samples.
+
+    Attributes
+    ----------
+    transcription : PlanarTranscription
+    values : dict
+        Every parameter by name.
+    x : (n_variables,) array
+        Decision vector.
+    """
+
+    transcription: PlanarTranscription
+    values: dict[str, float]
+    x: Array
+
+    @property
+    def robot(self) -> PlanarRobot:
+        """Robot of the plan."""
+        return self.transcription.structure.robot
+
+    @cached_property
+    def parts(self) -> tuple[SampledPart, ...]:
+        """Samples of all phases at their nodes and inner points."""
+        parts, begin = list[SampledPart](), 0.0
+        for phase in self.transcription.phases:
+            fractions, (q, v, _, _) = sample_phase(self.transcription, phase, self.x)
+            duration = float(self.x[self.transcription.variables[Unknown.DURATION][0, phase.number]])
+            time = begin + duration * fractions
+            parts.append(SampledPart(tuple(phase.state), time, q, v, frozenset(phase.closing())))
+            begin = float(time[-1])
+        return tuple(parts)
 
 
 def _segment(

@@ -1,35 +1,15 @@
-"""Touchdowns of a plan that rounding errors decide, and the rows that keep grazing contacts above the ground."""
+"""Rows of the gaps that keep grazing contacts of a plan above the ground."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from gaitopt.motion.motion import Array
-from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown, find_undecided_touchdowns_of_parts
+from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown
 from gaitopt.ocp.multicontact.early_touchdown import row_of, share_of_clearance
-from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
-from gaitopt.ocp.multicontact.touchdown_from_below import sample_phases
+from gaitopt.ocp.multicontact.planar_plan import SampledPlan
 
 
-def find_undecided_in_plan(
-    transcription: PlanarTranscription, values: dict[str, float], x: Array
-) -> list[UndecidedTouchdown]:
-    """Return the touchdowns of a plan that rounding errors decide.
-
-    Parameters
-    ----------
-    transcription : PlanarTranscription
-    values : dict
-        Every parameter by name.
-    x : (n_variables,) array
-        Decision vector.
-    """
-    return find_undecided_touchdowns_of_parts(transcription.structure.robot, values, sample_phases(transcription, x))
-
-
-def find_rows_beside(
-    transcription: PlanarTranscription, x: Array, undecided: Sequence[UndecidedTouchdown], clearance: float
-) -> dict[int, float]:
+def find_rows_beside(plan: SampledPlan, undecided: Sequence[UndecidedTouchdown], clearance: float) -> dict[int, float]:
     """Return the rows of the gaps of grazing contacts at the samples before and after each graze, and their bounds.
 
     The bounds are those after an early touchdown: a graze between two samples is not prevented by a gap of zero there.
@@ -37,20 +17,18 @@ def find_rows_beside(
 
     Parameters
     ----------
-    transcription : PlanarTranscription
-    x : (n_variables,) array
-        Decision vector.
+    plan : SampledPlan
     undecided : sequence of UndecidedTouchdown
     clearance : float [m]
     """
-    parts, rows = sample_phases(transcription, x), dict[int, float]()
+    rows = dict[int, float]()
     for graze in undecided:
         if graze.at_arming:
             continue
-        phase, part = transcription.phases[graze.part], parts[graze.part]
-        i = transcription.structure.robot.contact_index(graze.contact)
+        phase, part = plan.transcription.phases[graze.part], plan.parts[graze.part]
+        i = plan.robot.contact_index(graze.contact)
         after = int(np.searchsorted(part.time, graze.time))
         for k in {after - 1, after} & set(range(1, part.time.size - (i in part.closing))):
-            row = row_of(transcription, phase, i, k)
-            rows[row] = clearance * share_of_clearance(transcription, row)
+            row = row_of(plan.transcription, phase, i, k)
+            rows[row] = clearance * share_of_clearance(plan.transcription, row)
     return rows

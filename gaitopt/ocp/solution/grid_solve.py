@@ -310,8 +310,10 @@ class SingleStart:
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""
         structure = solution.transcription.structure
+        neighbour = self.guess.neighbour if isinstance(self.guess, WarmStart) else None
         return {
             "guess": self.guess.describe(),
+            "neighbour": neighbour and str(neighbour),
             "transcription": solution.method.name,
             "intervals": list(structure.counts),
             "landing": structure.schedule and asdict(structure.schedule),

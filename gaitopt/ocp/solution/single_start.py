@@ -69,6 +69,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     """Return the gait of a start, whose solution on the coarsest grid may be known."""
     started, built, problem = time.perf_counter(), start.build_seconds, start.problem
     solution, remarks = _solve_accurately(start, coarsest)
+    remarks = report_implausible_sizes(problem.robot, problem.values) + remarks  # first, as others may follow from them
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
@@ -76,7 +77,6 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         remarks += report_poor_scaling(
             transcription, initial_point(transcription, problem, start.guess), nlp_data(transcription, problem)
         )
-    remarks += report_implausible_sizes(problem.robot, problem.values)
     gait = assemble_gait(solution, start.describe(solution), remarks)
     known = gait.solution and replace(gait.solution, cost_factor=cost_factor(start, solution))
     report = gait.solver.replace_fields(

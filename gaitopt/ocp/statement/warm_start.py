@@ -94,6 +94,8 @@ class WarmStart(Guess):
     gait : Gait
     label : str
         Origin of the gait, for the record.
+    neighbour : ContactSequence, optional
+        Contact sequence of the gait from which a study solves the problem, for the record.
 
     Examples
     --------
@@ -104,6 +106,7 @@ class WarmStart(Guess):
 
     gait: Gait = field(repr=False)
     label: str = "a gait that was solved before"
+    neighbour: ContactSequence | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.gait, Gait):

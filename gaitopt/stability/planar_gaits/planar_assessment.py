@@ -1,6 +1,7 @@
 """Multipliers of an optimised planar gait, in open loop or under a law."""
 
 from gaitopt.arguments import check_arguments
+from gaitopt.control.law_kinks import require_derivative
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import NoGaitError
@@ -37,7 +38,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     Raises
     ------
     InputError
-        If the gait is not a solution, or no periodic gait is found near it.
+        If the gait is not a solution, no periodic gait is found near it, or the law has a kink along the plan.
 
     Examples
     --------
@@ -52,6 +53,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     """
     law = planar_feedforward(gait) if law is None else law
     automaton = PlanarAutomaton(gait.robot, gait.robot.resolve(gait.motion.parameters), law, engine=engine)
+    require_derivative(gait, law)
     first = gait.motion.segments[0]
     cycle = find_cycle_from(automaton, first.q[:, 0].copy(), first.v[:, 0].copy(), law.section, tolerance=PLANNED)
     if cycle is None or abs(cycle.period - gait.period) > NEAR * gait.period:

@@ -18,7 +18,7 @@ from gaitopt.parallel.runner import collect_tasks, run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.study.multistart import (
     default_starts,
-    label_of,
+    neighbour_of,
     objective,
     solve_coarse,
     solve_cold,
@@ -222,7 +222,7 @@ def solve_sequence(problem: GaitProblem, argument: tuple[ContactSequence, int], 
     ]
     untried = [gait for gait in better if first.status.ok or len(gait.sequence.phases) > len(sequence.phases)]
     again = []
-    if untried and not (first.status.ok and first.problem["guess"] == label_of(untried[0])):  # else it is found again
+    if untried and not (first.status.ok and neighbour_of(first) == untried[0].sequence):  # else it is found again
         again = solve_fine(problem, solve_coarse(problem, untried[:1], after_failure=not first.status.ok))
     return verify_best(problem, [first, *again])
 

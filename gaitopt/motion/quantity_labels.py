@@ -1,4 +1,4 @@
-"""Labels of axes: names of quantities with their units; angles are shown in degrees."""
+"""Labels of quantities in figures and pages: names with units; angles are shown in degrees."""
 
 import numpy as np
 
