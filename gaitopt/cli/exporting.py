@@ -43,7 +43,7 @@ def plot(
         typer.Option(
             metavar="NAME",
             help="Variable of a sweep, or coordinate of a diagram of periodic gaits.",
-            show_default="cost_of_transport, or the first coordinate",
+            show_default="the minimised objective, or the first coordinate",
         ),
     ] = None,
     width: FigureWidth = 7.2,
