@@ -86,6 +86,8 @@ def draw_instant_labels(
         axes.annotate(time, corner, (0, -TIME_TOP * size), color="0.25", **below)
         if id(instant.segment) in named:
             continue
+        if motion.is_flight(instant.segment) and instant.sample == instant.segment.time.size - 1:
+            continue  # the instant of the landing
         named.add(id(instant.segment))
         labels = _list_labels(motion, instant.segment)
         area = _place_labels([text for text, _ in labels], corner[0], letter, areas)
@@ -147,9 +149,10 @@ def _place_labels(texts: Sequence[str], place: float, letter: float, areas: list
 
 
 def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
-    """Return the place of the first foot on the ground, or the ground below the feet in flight, shape (2,) [m]."""
+    """Return the place of the first foot on the ground, or the ground below the middle of the feet in flight, (2,) [m]."""
     segment, feet = instant.segment, motion.feet
     closed = [foot for foot in feet if segment.modes[foot] is not Mode.FREE]
     if closed:
         return np.asarray(segment.places[:, closed[0], instant.sample])
-    return np.array([segment.points[0, :, instant.sample].mean(), 0.0])
+    shown = [motion.foot_points[foot] for foot in feet] or slice(None)
+    return np.array([segment.points[0, shown, instant.sample].mean(), 0.0])

@@ -26,6 +26,9 @@ INSTANTS = 9
 NARROWEST = 0.33
 """Smallest distance of neighbouring figures over their height, which leaves room for their times."""
 
+NARROWEST_JUMP = 0.25
+"""Smallest distance over the height of the row, which exceeds that of the figures in a jump."""
+
 LEAST_SHAPE = 0.08
 """Least height of the view over its width."""
 
@@ -152,7 +155,8 @@ def _spacing(figures: Sequence[Array], cones: Sequence[tuple[float, float]]) -> 
     height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
     beside = max(left[1] - right[0] for left, right in pairwise(cones))
-    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height, beside + 0.02 * height)
+    top = max(float(np.max(figure[1])) for figure in figures)
+    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height, NARROWEST_JUMP * top, beside + 0.02 * height)
 
 
 def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift: float, slope: float) -> None:

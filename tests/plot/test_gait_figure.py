@@ -117,19 +117,21 @@ def test_the_torque_axis_is_scaled_to_the_torques(slipping, factor, drawn):
     axes = axes_of(plot_gait(gait))["torques"]
     assert np.ptp(torques) > 0.4 * np.ptp(axes.get_ylim())
     levels = {abs(line.get_ydata()[0]) for line in axes.lines if len(line.get_ydata()) == 2}
-    labels = axes.get_legend_handles_labels()[1]
+    handles, labels = axes.get_legend_handles_labels()
     assert levels == ({limit} if drawn else set())
-    assert labels[2:] == (["limit"] if drawn else [rf"limit $\pm${limit:g} N m"])
+    stated = f"limit \N{PLUS-MINUS SIGN}{limit:g} N m, off scale"
+    assert [label.replace("\N{NO-BREAK SPACE}", " ") for label in labels[2:]] == (["limit"] if drawn else [stated])
+    assert handles[2].get_linestyle() == "--"
     check_texts(plot_gait(gait, style=FigureStyle(width=3.5)))
 
 
 @pytest.mark.parametrize(
     ("limits", "labels"),
     [
-        ({"ankle": 60.0, "hip": 6.0}, ["limit, hip", "others not drawn"]),
-        ({"ankle": 60.0, "hip": 50.0}, ["limits not drawn"]),
+        ({"ankle": 60.0, "hip": 6.0}, ["limit, hip", "other limits off scale"]),
+        ({"ankle": 60.0, "hip": 50.0}, ["limits off scale"]),
         ({"ankle": 7.0, "hip": 6.0}, ["limit, ankle", "limit, hip"]),
-        ({"ankle": 60.0, "hip": np.inf}, ["limits not drawn"]),
+        ({"ankle": 60.0, "hip": np.inf}, ["limits off scale"]),
         ({"ankle": 0.0, "hip": np.inf}, []),
     ],
 )
