@@ -149,7 +149,7 @@ def _place_labels(texts: Sequence[str], place: float, letter: float, areas: list
 
 
 def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
-    """Return the place of the first foot on the ground, or the ground below the middle of the feet in flight, (2,) [m]."""
+    """Return the place of the first foot on the ground, or below the middle of the feet in flight, shape (2,) [m]."""
     segment, feet = instant.segment, motion.feet
     closed = [foot for foot in feet if segment.modes[foot] is not Mode.FREE]
     if closed:

@@ -10,7 +10,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
 from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
-from gaitopt.plot.region_map import EMPTY, draw_regions, empty_patch
+from gaitopt.plot.region_map import EMPTY, AreaLook, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
 from gaitopt.study.sweeps.sweep_file import find_cost_variable, name_variable
 
@@ -43,9 +43,7 @@ COLOURS = "cividis"
 
 
 @check_arguments
-def plot_sweep(
-    table: "xr.Dataset", *, quantity: str | None = None, style: FigureStyle | None = None
-) -> "Figure":
+def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: FigureStyle | None = None) -> "Figure":
     """Draw a quantity of the optimal gaits of a sweep over its parameters, by default the minimised objective.
 
     Over one parameter, each contact sequence is a line, the gaits of lowest minimised objective are large marks, and a
@@ -231,8 +229,8 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
         if several:
             panels[1].set_title("contact sequence of lowest cost")
             sequences = [str(name) for name in table.sequence.values]
-            styles = {name: area_color(number) for number, name in enumerate(sequences)}
-            handles = [*draw_regions(panels[1], (across, upward), lowest, styles), *handles]
+            looks = {name: AreaLook(area_color(number)) for number, name in enumerate(sequences)}
+            handles = [*draw_regions(panels[1], (across, upward), lowest, looks), *handles]
         elif np.any(lowest < 0):
             handles = [empty_patch(), *handles]
         if handles:
@@ -256,6 +254,6 @@ def _draw_limit(axes: "Axes", places: tuple[Array, Array], radii: Array) -> "lis
     if not np.nanmin(radii) < 1 < np.nanmax(radii):
         return []
     look = LIMIT_LOOK | {"color": "black"}
-    for color, dashes, width in (("white", "-", 3.0), (look["color"], look["linestyle"], 1.2)):  # visible on all colours
+    for color, dashes, width in (("white", "-", 3.0), ("black", look["linestyle"], 1.2)):  # visible on all colours
         axes.contour(*places, radii.T, levels=[1.0], colors=[color], linestyles=[dashes], linewidths=width)
     return [Line2D([], [], label=LIMIT_LABEL, **look)]

@@ -12,11 +12,13 @@ from gaitopt.continuation.branch_diagram import (
     count_steps,
     list_gait_names,
     name_gaits,
+    name_sides,
+    omit_outcome,
     split_branch,
 )
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.motion.motion import Array
-from gaitopt.motion.printable import show_minus, typeset_powers
+from gaitopt.motion.printable import typeset_powers
 from gaitopt.report.chart import COLOURS, HEIGHT, WIDTH, Chart, Curve
 from gaitopt.report.markup import Element, element, points
 
@@ -77,7 +79,7 @@ def draw_diagram(diagram: BranchDiagram, coordinate: str, places: Sequence[Shown
     drawing.extend(circles)
     drawing.extend(_special_marks(chart, diagram, coordinate, circles))
     key = [
-        element("span", element("i", class_=f"key-line line-{number % COLOURS}"), show_minus(name), class_="named")
+        element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
         for number, name in enumerate(names)
     ]
     caption = element("figcaption", "Branches: solid stable, dashed unstable")
@@ -174,7 +176,7 @@ def _circles(chart: Chart, diagram: BranchDiagram, coordinate: str, place: Shown
     """Yield the circle of each step of a gait that can be played; keys and screen readers reach the first one."""
     branch = diagram.branches[place.branch]
     value = describe_value(diagram, float(branch.values[place.number]))
-    title = f"{value}: {show_minus(count_steps(branch.sequences[place.number]))}"
+    title = f"{value}: {count_steps(omit_outcome(branch.sequences[place.number]))}"
     for step, row in enumerate(_heights(branch, coordinate)):
         if not np.isfinite(row[place.number]):
             continue
@@ -202,7 +204,8 @@ def _special_marks(
         corners = [chart.place(value, height) for height in _special_heights(branch, coordinate, point)]
         firsts.append(corners[0] if corners else None)
         taken += [(x, y, size / 2, size / 2) for x, y in corners]
-        title = show_minus(str(point))
+        change = " -> ".join(dict.fromkeys(name_sides(point.before, point.after)))
+        title = f"{point.kind.key} at {point.value:.10g}: {change}"
         for x, y in corners:
             place = {"x": round(x, 1), "y": round(y + 0.36 * size, 1), "style": f"font-size: {size}px"}
             yield element("text", "\N{BLACK DIAMOND}", element("title", title), class_="special", **place)

@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps, name_sides, omit_outcome
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
-from gaitopt.motion.printable import show_minus
 from gaitopt.report.balance import spell_complex
 from gaitopt.report.branch_chart import ShownGait, describe_value, draw_diagram, name_unit, show_value
 from gaitopt.report.markup import Element, element, table, to_html
@@ -115,17 +114,12 @@ def _special_table(diagram: BranchDiagram) -> Element | None:
     """Return the special points of all branches as a table; the gait after them, if it differs from that before."""
     listed = [(number, point) for number, branch in enumerate(diagram.branches) for point in branch.special]
     differ = [point.after != point.before for _, point in listed]
-    rows = [
-        (
-            str(row),
-            str(number),
-            point.kind.label,
-            show_value(point.value, diagram.unit),
-            show_minus(count_steps(point.before)),
-            *([show_minus(count_steps(point.after)) if differ[row - 1] else "the same"] if any(differ) else []),
-        )
-        for row, (number, point) in enumerate(listed, 1)
-    ]
+    rows = []
+    for row, (number, point) in enumerate(listed, 1):
+        before, after = map(count_steps, name_sides(point.before, point.after))
+        value = show_value(point.value, diagram.unit)
+        changed = [after if differ[row - 1] else "the same"] if any(differ) else []
+        rows.append((str(row), str(number), point.kind.label, value, before, *changed))
     gaits = ("before", "after") if any(differ) else ("sequence",)
     head = ("no.", "branch", "kind", name_unit(diagram.parameter, diagram.unit), *gaits)
     return table(rows, head, name="Special points") if rows else None
@@ -138,7 +132,7 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: ShownGait, *, 
     multipliers = [complex(each) for each in branch.multipliers[number] if np.isfinite(each)]
     facts = [
         (name_unit(diagram.parameter, diagram.unit), show_value(value, diagram.unit)),
-        ("sequence", show_minus(count_steps(branch.sequences[number]))),
+        ("sequence", count_steps(omit_outcome(branch.sequences[number]))),
         ("stable", "yes" if branch.stable[number] else "no"),
         ("multipliers", ", ".join(map(spell_complex, multipliers))),
         *(

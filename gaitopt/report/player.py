@@ -4,7 +4,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
@@ -95,15 +94,14 @@ def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
 
 
 def _sequence(view: MotionView) -> Element:
-    """Return the contact sequence, whose current phase is highlighted."""
+    """Return the contact sequence as it is typed, whose current phase is highlighted."""
     tokens = []
     for token in view.tokens:
-        text = token.text.replace(Mode.SLIP_BACKWARD.value, Mode.SLIP_BACKWARD.label)
         if token.mode is None:
-            tokens.append(element("span", text, class_="bar"))
+            tokens.append(element("span", token.text, class_="bar"))
             continue
         kind = f"token {token.mode.name.lower()}" + (" impact" if token.phase is None else "")
-        tokens.append(element("span", text, class_=kind, data_phase=token.phase))
+        tokens.append(element("span", token.text, class_=kind, data_phase=token.phase))
     return element("p", *tokens, class_="sequence")
 
 
