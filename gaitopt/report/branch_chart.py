@@ -36,6 +36,8 @@ SHIFTS = tuple(
 CIRCLE, DIAMOND, LEAST_SHARE = 2.6, 8.0, 0.45
 """Radius of a circle and size of a diamond of gaits of one step [px], and least share of them for longer periods."""
 
+SPACING = 12.0
+"""Least distance of the circles of a branch along its line [px]."""
 
 NEAR = 13.0
 """Distance from its special point beyond which a line joins a number with it [px]."""
@@ -54,6 +56,34 @@ class ShownGait(NamedTuple):
     def name(self) -> str:
         """Name of the gait in the page."""
         return f"gait-{self.branch}-{self.number}"
+
+
+def choose_gaits(diagram: BranchDiagram, coordinate: str, most: int) -> list[ShownGait]:
+    """Return gaits evenly spaced along each branch, at least one, whose circles leave the lines of the branch visible.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+    coordinate : str
+        Vertical axis.
+    most : int
+        Largest number of gaits of a branch.
+    """
+    chart, chosen = _make_chart(diagram, coordinate), list[ShownGait]()
+    for number, branch in enumerate(diagram.branches):
+        lengths = np.max([_measure_path(chart, diagram, branch, row) for row in _heights(branch, coordinate)], axis=0)
+        count = int(np.clip(lengths[-1] / SPACING, 1, min(most, branch.values.size)))
+        goals = np.linspace(0, lengths[-1], count) if count > 1 else lengths[-1:] / 2
+        places = {int(np.argmin(np.abs(lengths - goal))) for goal in goals}
+        chosen += [ShownGait(number, place) for place in sorted(places)]
+    return chosen
+
+
+def _measure_path(chart: Chart, diagram: BranchDiagram, branch: GaitBranch, row: Array) -> Array:
+    """Return the distance of each gait from the first one along the line of a branch, shape (K,) [px]."""
+    pairs = zip(_values(diagram, branch).tolist(), row.tolist(), strict=True)
+    corners = np.nan_to_num([chart.place(x, y) for x, y in pairs])
+    return np.insert(np.cumsum(np.hypot(*np.diff(corners, axis=0).T)), 0, 0.0)
 
 
 def draw_diagram(diagram: BranchDiagram, coordinate: str, places: Sequence[ShownGait]) -> Element:

@@ -1,6 +1,5 @@
 """write_branch_page: a bifurcation diagram as one self-contained HTML page whose points play their gaits."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.report.balance import spell_complex
-from gaitopt.report.branch_chart import ShownGait, describe_value, draw_diagram, name_unit, show_value
+from gaitopt.report.branch_chart import ShownGait, choose_gaits, describe_value, draw_diagram, name_unit, show_value
 from gaitopt.report.markup import Element, element, table, to_html
 from gaitopt.report.page import document
 from gaitopt.report.player import PlayedGait, make_player
@@ -80,7 +79,7 @@ def write_branch_page(
     coordinate = coordinate or next(iter(names))
     if coordinate not in names:
         raise InputError(f"The gaits have no coordinate {coordinate!r}; they have {', '.join(names)}.")
-    places = list(_choose_places(diagram))
+    places = choose_gaits(diagram, coordinate, max(2, MOST_GAITS // len(diagram.branches)))
     source = make_gait_source(problem, {diagram.parameter: diagram.ends}, engine)
     title = f"{diagram.robot}: gaits over {diagram.parameter}".replace("_", " ")
     page = document(
@@ -88,7 +87,13 @@ def write_branch_page(
         element("header", element("h1", title), element("p", HINT, class_="note")),
         element(
             "div",
-            element("div", draw_diagram(diagram, coordinate, places), _special_table(diagram), class_="overview"),
+            element(
+                "div",
+                draw_diagram(diagram, coordinate, places),
+                _special_table(diagram),
+                _list_parameters(diagram, source),
+                class_="overview",
+            ),
             element("div", *(_show_gait(source, diagram, place, hidden=place != places[0]) for place in places)),
             class_="branches",
         ),
@@ -101,13 +106,15 @@ def write_branch_page(
     return path
 
 
-def _choose_places(diagram: BranchDiagram) -> Iterator[ShownGait]:
-    """Yield gaits of all branches, evenly spaced along each of them."""
-    share = max(2, MOST_GAITS // max(len(diagram.branches), 1))
-    for number, branch in enumerate(diagram.branches):
-        count = min(share, branch.values.size)
-        for place in sorted({round(each) for each in np.linspace(0, branch.values.size - 1, count)}):
-            yield ShownGait(number, place)
+def _list_parameters(diagram: BranchDiagram, source: GaitSource) -> Element:
+    """Return the parameters of the robot but the one that varies as a table."""
+    units = {each.name: each.unit for each in source.problem.robot.parameters}
+    rows = [
+        (name_unit(name, units.get(name, "1")), show_value(value, units.get(name, "1")))
+        for name, value in diagram.parameters.items()
+        if name != diagram.parameter
+    ]
+    return element("details", element("summary", "Parameters"), table(rows, name="Parameters"), open="open")
 
 
 def _special_table(diagram: BranchDiagram) -> Element | None:
