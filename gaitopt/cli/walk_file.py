@@ -50,7 +50,7 @@ class WalkFile:
         if suffix in ANIMATIONS:
             from gaitopt.plot.animation import animate
 
-            return animate(motion, self.path, steps=1)
+            return animate(motion, self.path, steps=1, title=title.replace("_", " "))
         from gaitopt.export.csv_file import write_csv
 
         return write_csv(motion, self.path, section=section)

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
-from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.motion_view import ONE_AND_OTHER, MotionView
 from gaitopt.motion.shown_impulses import list_shown_impulses
 from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.report.chart import Chart, Curve
@@ -117,7 +117,7 @@ def _controls(last: int) -> Element:
 
 def _key(view: MotionView, *, impulsive: bool) -> Element:
     legs = sorted({contact for contact in view.link_contacts if contact is not None})
-    names = ("one leg", "the other leg") if view.is_single_support else [view.contacts[leg].name for leg in legs]
+    names = ONE_AND_OTHER if view.is_single_support else [view.contacts[leg].name for leg in legs]
     parts = [("force", "contact force"), *([("cone", "friction cone")] if view.cone_feet else [])]
     parts += [("impulse", "reaction to impulses of actuators")] if impulsive else []
     parts += [(role_of(view, leg), name) for leg, name in zip(legs, names, strict=False)]
