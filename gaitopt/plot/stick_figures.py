@@ -12,9 +12,16 @@ from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, find_cone_ends, force_handles, walker_height
+from gaitopt.plot.contact_forces import (
+    LABELS,
+    draw_contact_forces,
+    find_cone_ends,
+    find_force_top,
+    force_handles,
+    walker_height,
+)
 from gaitopt.plot.ground_line import BAND, draw_ground
-from gaitopt.plot.instant_labels import MotionSample, draw_instant_labels
+from gaitopt.plot.instant_labels import TALLEST, MotionSample, draw_instant_labels, estimate_time_width
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, PATCH, leg_color
 
 if TYPE_CHECKING:
@@ -25,9 +32,6 @@ INSTANTS = 9
 
 NARROWEST = 0.33
 """Smallest distance of neighbouring figures over their height, which leaves room for their times."""
-
-NARROWEST_JUMP = 0.25
-"""Smallest distance over the height of the row, which exceeds that of the figures in a jump."""
 
 LEAST_SHAPE = 0.08
 """Least height of the view over its width."""
@@ -85,7 +89,10 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
     height = walker_height(figures)
     cones = [find_cone_ends(motion, instant.segment, instant.sample, height=height) for instant in instants]
-    shifts = _spacing(figures, cones) * np.arange(len(instants), dtype=float)
+    tops = [find_force_top(motion, instant.segment, instant.sample, height=height) for instant in instants]
+    top = max(*tops, *(float(np.max(figure[1])) for figure in figures))  # above the figures in a jump
+    spacing = max(_spacing(figures, cones), estimate_time_width(instants) / TALLEST * top)
+    shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
         _draw_walker(axes, motion, instant, shift, slope)
@@ -155,8 +162,7 @@ def _spacing(figures: Sequence[Array], cones: Sequence[tuple[float, float]]) -> 
     height = height or max(float(np.max(np.abs(figure[1]))) for figure in figures) or 1.0  # a single point is drawn
     overlap = max(float(left[0].max() - right[0].min()) for left, right in pairwise(figures))
     beside = max(left[1] - right[0] for left, right in pairwise(cones))
-    top = max(float(np.max(figure[1])) for figure in figures)
-    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height, NARROWEST_JUMP * top, beside + 0.02 * height)
+    return max(max(overlap, 0.0) + 0.2 * height, NARROWEST * height, beside + 0.02 * height)
 
 
 def _draw_walker(axes: "Axes", motion: MotionView, instant: MotionSample, shift: float, slope: float) -> None:

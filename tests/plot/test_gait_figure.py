@@ -55,6 +55,16 @@ def test_title_sums_up_the_gait(slipping):
         assert part in title
 
 
+def test_title_states_the_minimised_objective_first(slipping):
+    problem = {**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
+    gait = replace(slipping, problem=problem, solver=replace(slipping.solver, objective=2.8299))
+    title = plot_gait(gait).get_suptitle().splitlines()
+    assert title[2].startswith("torque squared 2.83 N² m² s, cost of transport 0.01585")
+    narrow = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
+    assert [len(title), len(narrow)] == [3, 3]
+    assert narrow[2].startswith("torque squared 2.83 N² m² s")
+
+
 def test_title_says_whether_the_gait_was_replayed(slipping):
     assert "verified by replay" in draw(slipping).get_suptitle()
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
