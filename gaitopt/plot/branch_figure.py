@@ -270,7 +270,8 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
 def _choose_marker_size(axes: "Axes", steps: int, values: Array, heights: Array) -> float:
     """Return the size of the markers of a branch [pt], which is small if the branch is short in axes that show all."""
     extents = np.array([np.ptp(values), np.nanmax(np.ptp(heights, axis=0))])
-    shares = extents / np.where(axes.dataLim.size > 0, axes.dataLim.size, 1.0)
+    total = np.asarray(axes.dataLim.size)
+    shares = extents / np.where(total > 0, total, 1.0)
     box, figure = axes.get_window_extent(), axes.get_figure(root=True)
     length = float(np.hypot(*(shares * box.size))) * 72 / (figure.dpi if figure else 72)
     return max(min(MARKER / math.sqrt(steps), MARKER_SHARE * length), LEAST_MARKER)
