@@ -110,7 +110,10 @@ def _motion_of(gait: HasMotion) -> AnyMotion:
 
 def _name_robot(gait: object) -> str:
     """Return the name of the robot of a gait in words; empty for a motion, which does not contain it."""
-    name = getattr(gait, "robot_name", None) or getattr(gait, "robot", None)
+    name = getattr(gait, "robot_name", None)
+    if name is None:
+        robot = getattr(gait, "robot", None) or getattr(getattr(gait, "problem", None), "robot", None)
+        name = getattr(robot, "name", robot)
     return name.replace("_", " ") if isinstance(name, str) else ""
 
 
