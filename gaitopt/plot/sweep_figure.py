@@ -9,7 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.plot.axis_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
+from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, shorten_sequence, wrap_text
 from gaitopt.plot.region_map import EMPTY, AreaLook, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
 from gaitopt.study.sweeps.sweep_file import find_cost_variable, name_variable
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 HEIGHT, MAP_HEIGHT, EDGES_HEIGHT = 3.4, 2.8, 1.0
 """Heights of a figure over one parameter, of a map over two, and of its legend and axis labels [inch]."""
+
+MOST_LINES = 3
+"""Lines of the title."""
 
 FAILURE_ROW = 0.07
 """Height of a row of crosses over that of the lines."""
@@ -80,7 +83,8 @@ def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: Figur
     """
     quantity = quantity or find_cost_variable(table)
     values, unit = _read_quantity(table, quantity)
-    title = _describe_sweep(table)
+    style = style or FigureStyle()
+    title = _describe_sweep(table, int(LETTERS_PER_INCH * style.width)) if style.titled else ""
     table = table.squeeze([name for name in table.status.dims if name != "sequence" and table.sizes[name] == 1])
     names = [str(name) for name in table.status.dims if name != "sequence"]
     if not names:
@@ -92,8 +96,7 @@ def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: Figur
     lowest = find_lowest(table)
     if not np.any(lowest >= 0):
         raise InputError("The sweep has no solved gait to draw.")
-    style, label = style or FigureStyle(), label_quantity(name_variable(table, quantity), unit)
-    title = wrap_text(title, int(LETTERS_PER_INCH * style.width)) if style.titled else ""
+    label = label_quantity(name_variable(table, quantity), unit)
     drawn = _DrawnQuantity(in_shown_unit(values, unit), lowest, label, title, quantity == RADIUS)
     if len(names) == 1:
         return _draw_lines(table, names[0], drawn, style)
@@ -120,16 +123,20 @@ class _DrawnQuantity(NamedTuple):
     is_radius: bool
 
 
-def _describe_sweep(table: "xr.Dataset") -> str:
-    """Return the robot of a sweep, and its contact sequence if it has one only; empty for an incomplete dataset."""
+def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
+    """Return the robot of a sweep, and its contact sequence if it has one only, in at most three lines.
+
+    The text is empty for an incomplete dataset.
+    """
     try:
         problem = json.loads(table.attrs["question"])["problem"]
     except (KeyError, ValueError):
         return ""
-    facts = [str(problem.get("robot", "")).replace("_", " ")]
-    if table.sizes["sequence"] == 1:
-        facts.append(str(table.sequence.values[0]))
-    return ", ".join(fact for fact in facts if fact) if facts[0] else ""
+    robot = str(problem.get("robot", "")).replace("_", " ")
+    if not robot or table.sizes["sequence"] > 1:
+        return wrap_text(robot, letters)
+    texts = [wrap_text(f"{robot}, {each}", letters) for each in shorten_sequence(str(table.sequence.values[0]))]
+    return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1])
 
 
 def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":

@@ -147,12 +147,12 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: ShownGait, *, 
             for name, unit in zip(branch.names, branch.units, strict=True)
         ),
     ]
-    motions = source.motions(value, state, branch.steps)[:MOST_STEPS]
+    motions, sequence = source.motions(value, state, branch.steps)[:MOST_STEPS], omit_outcome(branch.sequences[number])
     players = [
         element(
             "section",
             element("h3", f"Step {step + 1} of {branch.steps}") if branch.steps > 1 else None,
-            make_player(PlayedGait(motion, motion.period, branch.sequences[number]), [], name=f"{place.name}-{step}"),
+            make_player(PlayedGait(motion, motion.period, sequence), [], name=f"{place.name}-{step}"),
             class_="gait",
         )
         for step, motion in enumerate(motions)

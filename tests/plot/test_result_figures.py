@@ -214,6 +214,16 @@ def test_a_sweep_states_its_robot_and_its_only_sequence_and_names_points_without
     assert title_of(plot_sweep(complete.fillna(1.0))) == f"compass biped, {SEQUENCES[0]}"
 
 
+def test_the_title_of_a_sweep_has_at_most_three_lines():
+    long = "heel A stick, toe B stick > heel A stick, toe B slip+ | heel A stick, toe A stick > toe A stick |"
+    long += " heel B stick > heel B stick, toe B stick |"
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5)).isel(sequence=[1]).assign_coords(sequence=[long])
+    assert title_of(plot_sweep(table)).replace("\n", " ") == f"compass biped, {long}"
+    title = title_of(plot_sweep(table, style=FigureStyle(width=3.5)))
+    assert title.count("\n") == 2
+    assert title.endswith("\N{HORIZONTAL ELLIPSIS}")
+
+
 def test_a_basin_has_a_colour_for_each_ending(results):
     handles = plot_basin(results["basin over two"]).legends[0].legend_handles
     colors = {handle.get_label(): handle.get_facecolor() for handle in handles}
