@@ -207,17 +207,25 @@ def _describe_objective(result: "FamilyGaits", worst_case: bool) -> str:
 
     With equal weights, the worst objective is that of a gait, not its share of the sum.
     """
+    name = _name_objective(result)
     if len(result.gaits) == 1:
-        return f"objective: {result.objective:.6g}"
+        return f"{name}: {result.objective:.6g}"
     equal = math.isclose(min(result.weights), max(result.weights))
     if not worst_case:
-        return f"objective: {result.objective:.6g}, the {'' if equal else 'weighted '}mean of the gaits"
+        return f"{name}: {result.objective:.6g}, the {'' if equal else 'weighted '}mean of the gaits"
     weighted = [weight * cost for weight, cost in zip(result.weights, result.costs, strict=True)]
     number = max(range(len(weighted)), key=weighted.__getitem__)
     if equal:
-        return f"objective: {result.costs[number]:.6g}, the largest of the gaits (gait {number + 1})"
+        return f"{name}: {result.costs[number]:.6g}, the largest of the gaits (gait {number + 1})"
     weight = result.weights[number]
-    return f"objective: {weighted[number]:.6g}, the largest weighted one (gait {number + 1}, weight {weight:.4g})"
+    return f"{name}: {weighted[number]:.6g}, the largest weighted one (gait {number + 1}, weight {weight:.4g})"
+
+
+def _name_objective(result: "FamilyGaits") -> str:
+    """Return the name of the objective of the gaits."""
+    from gaitopt.motion.gait_table import name_objective
+
+    return name_objective(*(str(gait.problem["objective"]) for gait in result.gaits))
 
 
 def _print_family(
@@ -241,7 +249,7 @@ def _print_family(
         "step length [m]",
         "friction",
         "slope [rad]",
-        "objective",
+        _name_objective(result),
         "replay",
     ):
         table.add_column(column, no_wrap=True)

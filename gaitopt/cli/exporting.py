@@ -1,7 +1,7 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,11 +22,15 @@ from gaitopt.cli.options import (
     Verbose,
     label_files,
 )
-from gaitopt.cli.output import out, report_file
+from gaitopt.cli.output import err, out, report_file
 from gaitopt.cli.output_files import EXPORTS
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.walk_script import refuse_walk_script
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
+
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.motion.planar_gait import AnyGait
 
 PAGE = ".html"
 """Suffix of the page of a diagram."""
@@ -43,7 +47,7 @@ def plot(
         typer.Option(
             metavar="NAME",
             help="Variable of a sweep, or coordinate of a diagram of periodic gaits.",
-            show_default="cost_of_transport, or the first coordinate",
+            show_default="the minimised objective, or the first coordinate",
         ),
     ] = None,
     width: FigureWidth = 7.2,
@@ -183,6 +187,22 @@ def _check_options(file: Path, sequence: str | None, states_law: bool) -> None:
         raise InputError(f"--sequence applies to a sweep (.nc), got {sequence!r} for {file}.")
 
 
+def _find_planar_robot(gait: "AnyGait") -> "PlanarRobot | None":
+    """Return the robot of a gait with several contacts, whose joint powers the motion does not contain.
+
+    Without a robot that can be restored, a note names the option that states it.
+    """
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if not isinstance(gait, PlanarGait):
+        return None
+    try:
+        return gait.robot
+    except GaitoptError:
+        err.print("The table has no joint powers, because the file does not contain the robot; name it with --problem.")
+        return None
+
+
 def export(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve', or sweep (.nc).")],
     output: Annotated[
@@ -228,7 +248,7 @@ def export(
     refuse_walk_script(file)
     suffix, gait = check_suffix(output, EXPORTS), load_any_gait(file, problem)
     if suffix == ".csv":
-        report_file(write_csv(gait.motion, output), json=json)
+        report_file(write_csv(gait.motion, output, robot=_find_planar_robot(gait)), json=json)
         return
     if suffix == ".json" and find_feedback(law, gain, torque_limit, stance_angle) is None:
         report_file(write_torques(gait.motion, output), json=json)

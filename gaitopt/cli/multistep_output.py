@@ -111,8 +111,11 @@ def print_multistep(gait: "MultiStepGait") -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from gaitopt.motion.gait_table import name_objective
+
     out.print(f"{gait.problem.name}: {gait.status.key}, {gait.message}, {format_count(gait.iterations, 'iteration')}")
-    out.print(f"objective: {gait.objective:.6g}")
+    name = name_objective(*(step.objective.name for step in gait.problem.steps))
+    out.print(f"{name}: {gait.objective:.6g}")
     table = Table(box=box.SIMPLE, pad_edge=False)
     columns = {
         "friction": "friction",
@@ -120,7 +123,7 @@ def print_multistep(gait: "MultiStepGait") -> None:
         "rise [m]": "rise",
         "length [m]": "step_length",
         "duration [s]": "duration",
-        "objective": "objective",
+        name: "objective",
     }
     if gait.problem.terrain is None:
         del columns["rise [m]"]

@@ -10,11 +10,13 @@ from rich.text import Text
 
 from gaitopt.cli.output import out
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
 from gaitopt.study.storage.failure_reason import PENDING
+from gaitopt.study.sweeps.sweep_file import find_cost_variable, name_variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +45,7 @@ def print_ranking(ranking: Ranking) -> None:
 
 def _ranked_gaits(gaits: Sequence[Gait | PlanarGait]) -> Table:
     """Return the table of ranked gaits; the second column is the number they are ranked by."""
-    cost, unit = gaits[0].problem["objective"], gaits[0].problem.get("objective_unit", "")
-    header = "cost of transport" if cost == "cost_of_transport" else cost
+    header, unit = name_objective(gaits[0].problem["objective"]), gaits[0].problem.get("objective_unit", "")
     shown = Table(box=box.SIMPLE, pad_edge=False)
     for column in (
         "sequence",
@@ -129,19 +130,12 @@ def sweep_facts(table: "xr.Dataset") -> dict[str, Any]:
     return {"complete": bool(table.attrs["complete"]), "axes": axes, **objective, "points": points}
 
 
-def _cost_variable(table: "xr.Dataset") -> str:
-    """Return the variable that a sweep minimises; the cost of transport is that without quadrature error."""
-    name = table.objective.attrs.get("name", "") if "objective" in table else "cost_of_transport"
-    return "cost_of_transport" if name == "cost_of_transport" else "objective"
-
-
 def _header(table: "xr.Dataset", name: str) -> str:
     """Return the heading of a variable of a sweep: its name in words, or that of the objective, and its unit."""
     if name == "sequence":
         return name
-    attributes = table[name].attrs
-    unit, label = attributes.get("units", "1"), attributes.get("name", name) if name == "objective" else name
-    return label.replace("_", " ") + ("" if unit in ("", "1") else f" [{unit}]")
+    unit, label = table[name].attrs.get("units", "1"), name_variable(table, name).replace("_", " ")
+    return label if unit in ("", "1") else f"{label} [{unit}]"
 
 
 def _name_measures(table: "xr.Dataset") -> list[str]:
@@ -153,7 +147,7 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
     """Print the contact sequence of lowest cost at each point, with its cost and its measures."""
     measured = _name_measures(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title="lowest cost", title_justify="left")
-    cost = _cost_variable(table)
+    cost = find_cost_variable(table)
     for name in (*axes, "sequence", cost, *measured):
         shown.add_column(_header(table, name), no_wrap=True)
     sequences = [str(sequence) for sequence in table.sequence.values]
@@ -197,7 +191,7 @@ def _computed_points(table: "xr.Dataset") -> list[tuple[int, ...]]:
 
 def _print_costs(table: "xr.Dataset", axes: list[str]) -> None:
     """Print the objective of each sequence at the computed points, the lowest in green."""
-    sequences, name_of_cost = [str(sequence) for sequence in table.sequence.values], _cost_variable(table)
+    sequences, name_of_cost = [str(sequence) for sequence in table.sequence.values], find_cost_variable(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title=_header(table, name_of_cost), title_justify="left")
     for name in axes:
         unit = table[name].attrs.get("units", "1")

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.output import out
-from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps, name_sides
 
 
 def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
@@ -33,8 +33,9 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
         special.add_column(column, no_wrap=column not in ("before", "after"))
     for number, branch in enumerate(diagram.branches):
         for point in branch.special:
-            after = "" if point.after == point.before else point.after
-            names = [Text(count_steps(name).replace("; ", ";\n")) for name in (point.before, after)]
+            before, after = name_sides(point.before, point.after)
+            after = "" if point.after == point.before else after
+            names = [Text(count_steps(name).replace("; ", ";\n")) for name in (before, after)]
             values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
             special.add_row(str(number), point.kind.label, *values, branch.stability_change(point), *names)
     if special.row_count:

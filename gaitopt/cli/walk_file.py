@@ -2,8 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gaitopt.motion.view_motion import AnyMotion
+
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
 
 FIGURES, ANIMATIONS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 """Suffixes of pictures; any other file is a CSV table."""
@@ -25,10 +29,12 @@ class WalkFile:
     width: float
     font_size: float
 
-    def write(self, motion: AnyMotion, title: str, section: tuple[str, ...] = ()) -> Path | None:
+    def write(
+        self, motion: AnyMotion, title: str, section: tuple[str, ...] = (), robot: "PlanarRobot | None" = None
+    ) -> Path | None:
         """Write a walk in the format of the suffix: a figure, an animation, or trajectories as CSV.
 
-        `section` are the events that end the steps of a robot with several contacts.
+        `section` are the events that end the steps of a robot with several contacts, and `robot` is such a robot.
 
         Raises
         ------
@@ -50,7 +56,7 @@ class WalkFile:
         if suffix in ANIMATIONS:
             from gaitopt.plot.animation import animate
 
-            return animate(motion, self.path, steps=1)
+            return animate(motion, self.path, steps=1, title=title.replace("_", " "))
         from gaitopt.export.csv_file import write_csv
 
-        return write_csv(motion, self.path, section=section)
+        return write_csv(motion, self.path, section=section, robot=robot)

@@ -38,9 +38,12 @@ if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.walk_file import WalkFile
+    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.terrain import Terrain
     from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
     from gaitopt.simulation.simulator import Rollout
+
+    PlanarWalk = tuple[PlanarRollout, tuple[str, ...], PlanarRobot]
 
 PLANE = (
     "--rise and --patch apply to robots with several contacts (assemble_planar), such as compass_with_two_feet. The "
@@ -154,7 +157,7 @@ def simulate(
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch), changes)
     if planar is not None:
-        _end_planar_walk(*planar, source.stem, file, engine=engine, json=json)
+        _end_planar_walk(planar, source.stem, file, engine=engine, json=json)
     if rise or patch:
         raise InputError(PLANE)
     with show_progress("simulating", hidden=json):
@@ -178,15 +181,14 @@ def _end_walk(walk: "Rollout", name: str, file: "WalkFile", *, json: bool) -> No
     raise typer.Exit(0 if walk.stop.key == "steps_done" else 1)
 
 
-def _end_planar_walk(
-    walk: "PlanarRollout", section: tuple[str, ...], name: str, file: "WalkFile", *, engine: str, json: bool
-) -> NoReturn:
+def _end_planar_walk(planar: "PlanarWalk", name: str, file: "WalkFile", *, engine: str, json: bool) -> NoReturn:
     """Write and print a walk of a robot with several contacts, and end the command."""
     from gaitopt.cli.planar_walk_output import report_planar_walk
     from gaitopt.simulation.engine_choice import planar_engine_named
     from gaitopt.status import Stop
 
-    written = file.write(walk.motion, name, section)
+    walk, section, robot = planar
+    written = file.write(walk.motion, name, section, robot)
     report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
     if walk.stop is not Stop.STEPS_DONE:
         print_reason(f"{walk.stop.key}: {walk.stop.hint}")
@@ -200,8 +202,8 @@ def _planar_walk(
     steps: int,
     terrain: "Terrain | None",
     parameters: Mapping[str, float],
-) -> "tuple[PlanarRollout, tuple[str, ...]] | None":
-    """Return the walk of a robot with several contacts and the events that end its steps; None for any other robot."""
+) -> "PlanarWalk | None":
+    """Return the walk of a robot with several contacts, the events that end its steps, and the robot, or None."""
     from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait, simulate_planar_gait
     from gaitopt.cli.planar_walk_output import simulate_planar_walk
     from gaitopt.simulation.engine_choice import planar_engine_named
@@ -215,11 +217,11 @@ def _planar_walk(
         torque = law.make(gait)
         values = gait.robot.resolve({**gait.motion.parameters, **parameters})
         walk = simulate_planar_gait(gait, torque, changes, values, steps=steps, terrain=terrain, engine=engine)
-        return walk, list_section_events(gait.robot, torque.section)
+        return walk, list_section_events(gait.robot, torque.section), gait.robot
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         problem = request.problem
         walk = simulate_planar_walk(problem, changes, steps=steps, engine=request.engine, terrain=terrain)
-        return walk, list_section_events(problem.robot, problem.section)
+        return walk, list_section_events(problem.robot, problem.section), problem.robot
     return None
 
 

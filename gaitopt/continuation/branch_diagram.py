@@ -306,6 +306,35 @@ def distinct_steps(sequence: str) -> str:
     return "; ".join(dict.fromkeys(sequence.split("; ")))
 
 
+def omit_outcome(sequence: str) -> str:
+    """Return the contact sequences of steps as they are printed elsewhere.
+
+    The sequences of a branch of a robot with several contacts also contain the outcome of the impact that ends a step,
+    which is the first phase of the next one.
+
+    Examples
+    --------
+    >>> omit_outcome("heel a stick | toe a stick | heel b stick"), omit_outcome("stick | slip+")
+    ('heel a stick | toe a stick |', 'stick | slip+')
+    """
+    steps = [step.rpartition(" |") for step in sequence.split("; ")]
+    return "; ".join(phases + bar + ("" if bar and " " in last.strip() else last) for phases, bar, last in steps)
+
+
+def name_sides(before: str, after: str) -> tuple[str, str]:
+    """Return the contact sequences on both sides of a special point as printed; with the outcomes if these differ only.
+
+    Examples
+    --------
+    >>> name_sides("a stick | b stick", "a stick | b slip+")
+    ('a stick | b stick', 'a stick | b slip+')
+    >>> name_sides("a stick | b stick", "a slip+ > a stick | b stick")
+    ('a stick |', 'a slip+ > a stick |')
+    """
+    names = omit_outcome(before), omit_outcome(after)
+    return names if before == after or names[0] != names[1] else (before, after)
+
+
 def count_steps(sequence: str) -> str:
     """Return the contact sequences of the steps of a gait, those that are all equal only once.
 
@@ -324,7 +353,7 @@ def name_gaits(sequence: str, steps: int) -> str:
     Parameters
     ----------
     sequence : str
-        As returned by :func:`distinct_steps`.
+        Sequences of the steps.
     steps : int
         Period of the gaits in steps.
 
@@ -333,7 +362,8 @@ def name_gaits(sequence: str, steps: int) -> str:
     >>> name_gaits("stick | stick", 1), name_gaits("stick | stick", 4)
     ('stick | stick', 'stick | stick, 4 steps')
     """
-    return sequence if steps == 1 else f"{sequence}, {steps} steps"
+    name = distinct_steps(omit_outcome(sequence))
+    return name if steps == 1 else f"{name}, {steps} steps"
 
 
 def list_gait_names(diagram: BranchDiagram) -> list[str]:
@@ -346,4 +376,4 @@ def list_gait_names(diagram: BranchDiagram) -> list[str]:
     ['stick | stick', 'stick | stick, 2 steps']
     """
     pairs = ((branch.steps, name) for branch in diagram.branches for name in branch.sequences)
-    return list(dict.fromkeys(name_gaits(distinct_steps(name), steps) for steps, name in pairs))
+    return list(dict.fromkeys(name_gaits(name, steps) for steps, name in pairs))

@@ -1,12 +1,14 @@
 """write_csv: a motion as a CSV table."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
@@ -17,7 +19,9 @@ from gaitopt.motion.view_motion import AnyMotion, view_motion
 
 
 @check_arguments
-def write_csv(motion: AnyMotion, path: str | Path, *, section: Sequence[str] = ()) -> Path:
+def write_csv(
+    motion: AnyMotion, path: str | Path, *, section: Sequence[str] = (), robot: PlanarRobot | None = None
+) -> Path:
     """Write the trajectories of a motion as a table: a line for each sample, a column for each quantity.
 
     Columns are named by quantity and unit such as ``th1_rad`` or ``hip_torque_Nm``, in characters that MATLAB's
@@ -36,6 +40,8 @@ def write_csv(motion: AnyMotion, path: str | Path, *, section: Sequence[str] = (
     section : sequence of str, optional
         Events that end the steps of a walk of a robot with several contacts in turn, such as
         ``["foot B closes", "foot A closes"]``; without any, the motion is one step.
+    robot : PlanarRobot, optional
+        Robot of a motion with several contacts, such as ``gait.robot``, for the columns of the powers of its actuators.
 
     Returns
     -------
@@ -62,11 +68,12 @@ def write_csv(motion: AnyMotion, path: str | Path, *, section: Sequence[str] = (
         raise InputError("The motion has no samples: the simulation stopped at its start.")
     path = Path(path)
     modes = [f"{view.contacts[i].column}mode" for i in view.closing]
-    header = [column_name(name) for name in ("step", *modes, *(name for name, _ in _columns(view, view.segments[0])))]
+    parts = [dict(_columns(view, replace(part, power=_find_powers(view, part, robot)))) for part in view.segments]
+    header = [column_name(name) for name in ("step", *modes, *parts[0])]
     with write_atomically(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(header) + "\n")
-        for segment, step in zip(view.segments, _steps(motion, view, section), strict=True):
-            values = np.array([row for _, row in _columns(view, segment)])
+        for segment, part, step in zip(view.segments, parts, _steps(motion, view, section), strict=True):
+            values = np.array([*part.values()])
             start = ",".join([str(step), *(segment.modes[i].value for i in view.closing), ""])
             file.writelines(start + ",".join(map(repr, sample.tolist())) + "\n" for sample in values.T)
     return path
@@ -78,6 +85,17 @@ def _steps(motion: AnyMotion, view: MotionView, section: Sequence[str]) -> list[
         return [segment.step for segment in view.segments]
     numbers = number_steps(motion, section)
     return [step for step, part in zip(numbers, motion.segments, strict=True) if part.time[-1] > part.time[0]]
+
+
+def _find_powers(view: MotionView, segment: PhaseView, robot: PlanarRobot | None) -> Array | None:
+    """Return the powers of the actuators [W], shape (n_u, K); None if neither the motion nor a robot states them."""
+    if segment.power is not None or robot is None:
+        return segment.power
+    known = {each.name for each in robot.parameters}
+    values = {name: value for name, value in view.parameters.items() if name in known}
+    p = np.tile(robot.vector(robot.resolve(values))[:, None], segment.time.size)
+    rates = robot.joint_rates.map(segment.time.size)(segment.q, segment.v, p)
+    return np.asarray(segment.torque * np.asarray(rates).reshape(segment.torque.shape))
 
 
 def _present(view: MotionView, segment: PhaseView, name: str) -> Iterator[tuple[str, Array]]:

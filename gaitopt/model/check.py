@@ -9,6 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
+from gaitopt.model.mechanics import SINGULAR, describe_massless
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robot import Robot
 from gaitopt.model.step_check import StepCheck, check_step
@@ -55,7 +56,7 @@ class RobotCheck:
     figure : float
         Distance of the points drawn from those drawn after the exchange of two legs, as sets.
     faults : tuple of str
-        Faults of the leg exchange, the guard and the figure with their remedies, one sentence each.
+        Faults of the masses, the leg exchange, the guard and the figure with their remedies, one sentence each.
     remarks : tuple of str
         Implausible sizes with the likely unit, such as a length of 900 m; they do not affect `passed`.
 
@@ -148,7 +149,11 @@ def check_robot(
     worst = np.max(np.array(rows, dtype=float), axis=0).tolist()
     step = check_step(robot, p, states, rng, drawn=True) or StepCheck(np.inf, np.inf, np.inf, (UNARMED,))
     errors = [worst[0], -worst[1], *worst[2:], step.exchange, step.guard, step.figure]
-    return RobotCheck(*errors, faults=step.faults, remarks=report_implausible_sizes(robot, values))
+    faults = step.faults
+    if not -worst[1] > SINGULAR:
+        massless = describe_massless(mass, ("x", "y", *robot.angles))
+        faults = (f"The mass matrix is singular{massless}; every coordinate needs a mass or an inertia.", *faults)
+    return RobotCheck(*errors, faults=faults, remarks=report_implausible_sizes(robot, values))
 
 
 def _motion_errors(robot: Robot, q: np.ndarray, v: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[float, ...]:

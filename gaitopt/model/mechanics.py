@@ -8,11 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from gaitopt.arguments import check_record
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
+
+SINGULAR, LEAST_SHARE = 1e-14, 1e-3
+"""Least eigenvalue of the mass matrix of a valid robot, relative to the largest one, and share of a coordinate in a
+motion without mass from which it is named."""
 
 
 @check_record
@@ -93,16 +98,36 @@ def _refuse_negative(body: "Body", name: str, unit: str) -> None:
         raise InputError(f"{type(body).__name__}: {name} must not be negative [{unit}], got {float(value):g}.")
 
 
-def _refuse_massless(bodies: "Sequence[Body]") -> None:
+def describe_massless(matrix: np.ndarray, names: Sequence[str]) -> str:
+    """Return the coordinates that move no mass or inertia by a singular mass matrix, as a part of a sentence.
+
+    Examples
+    --------
+    >>> describe_massless(np.diag([2.0, 0.0]), ["x", "knee"])
+    ", because no mass or inertia moves with 'knee'"
+    """
+    largest = float(np.max(np.abs(matrix), initial=0.0))
+    massless = [repr(name) for name, entry in zip(names, np.diag(matrix), strict=True) if entry <= SINGULAR * largest]
+    if massless:
+        return f", because no mass or inertia moves with {', '.join(massless)}"
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    shares = np.linalg.norm(vectors[:, values <= SINGULAR * max(largest, values[-1])], axis=1)
+    together = [repr(name) for name, share in zip(names, shares, strict=True) if share > LEAST_SHARE]
+    return f", because no mass or inertia moves in some motion of {', '.join(together)}" if together else ""
+
+
+def _refuse_massless(bodies: "Sequence[Body]", q: ca.SX) -> None:
     """Raise InputError if a link has an inertia but no mass; expressions of parameters are not checked."""
     for number, body in enumerate(bodies, start=1):
         if isinstance(body, RigidLink) and _as_expression(body.mass).is_zero():
             inertia = _as_expression(body.inertia)
             if inertia.is_constant() and not inertia.is_zero():
+                angle = _as_expression(body.angle)
+                turning = ", ".join(repr(each.name()) for each in ca.symvar(q) if ca.depends_on(angle, each))
                 raise InputError(
-                    f"Body {number}: a RigidLink with an inertia of {float(inertia):g} kg m^2 needs a mass greater "
-                    "than 0 kg, got 0 kg. A rotor or flywheel without mass is a RotorInertia(angle, inertia) among the "
-                    "`forces`."
+                    f"Body {number}{turning and f', which turns with {turning}'}: a RigidLink with an inertia of "
+                    f"{float(inertia):g} kg m^2 needs a mass greater than 0 kg, got 0 kg. A rotor or flywheel without "
+                    "mass is a RotorInertia(angle, inertia) among the `forces`."
                 )
 
 
@@ -152,7 +177,7 @@ class Mechanics:
     def __init__(
         self, bodies: Sequence[Body], q: ca.SX, v: ca.SX, gravity: ca.SX, forces: Sequence[Force] = ()
     ) -> None:
-        _refuse_massless(bodies)
+        _refuse_massless(bodies, q)
         self._bodies, self._q, self._v, self._gravity, self._forces = tuple(bodies), q, v, gravity, tuple(forces)
         links = [body for body in bodies if isinstance(body, RigidLink)]
         rotors = [force for force in forces if isinstance(force, RotorInertia)]

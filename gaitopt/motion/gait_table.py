@@ -85,8 +85,8 @@ def list_remarks(solver: SolverReport) -> Facts:
 def _numbers(gait: Gait) -> Facts:
     jump = gait.motion.jumps[0]
     return [
-        ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *_objective_value(gait),
+        ("cost of transport", f"{gait.cost_of_transport:.6f}"),
         *describe_design(gait),
         *_grid(gait),
         ("speed", f"{gait.speed:.6g} m/s"),
@@ -215,7 +215,19 @@ def _objective_value(gait: Gait) -> Facts:
     """Return the value of an objective other than the cost of transport, as the solver reports it, with its unit."""
     if gait.problem["objective"] == "cost_of_transport":
         return []
-    return [("objective", format_objective(gait.solver.objective, gait.problem.get("objective_unit")))]
+    value = format_objective(gait.solver.objective, gait.problem.get("objective_unit"))
+    return [(name_objective(gait.problem["objective"]), value)]
+
+
+def name_objective(*names: str) -> str:
+    """Return the name of an objective in words; of several gaits with different ones, "objective".
+
+    Examples
+    --------
+    >>> name_objective("torque_squared"), name_objective("torque_squared", "torque_rate")
+    ('torque squared', 'objective')
+    """
+    return names[0].replace("_", " ") if len(set(names)) == 1 else "objective"
 
 
 def format_objective(value: float, unit: str | None) -> str:

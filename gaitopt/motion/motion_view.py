@@ -12,6 +12,9 @@ from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.motion import Array
 
+ONE_AND_OTHER = ("one leg", "the other leg")
+"""Names of the legs of a robot in single support, which exchange their roles in each step, in animations."""
+
 
 @dataclass(frozen=True)
 class Channel:

@@ -14,6 +14,7 @@ from gaitopt.motion.gait_table import (
     describe_status,
     format_objective,
     list_remarks,
+    name_objective,
     round_margin,
 )
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
@@ -60,7 +61,7 @@ def _numbers(gait: PlanarGait) -> Facts:
     value = format_objective(gait.solver.objective, unit)
     if " + " in unit:
         value += " (adds squares of N m and of N; a custom objective may weight the actuators)"
-    facts = [(objective.replace("_", " "), value)]
+    facts = [(name_objective(objective), value)]
     if objective != "cost_of_transport" and math.isfinite(gait.cost_of_transport):
         facts.append(("cost of transport", f"{gait.cost_of_transport:.6f}"))
     facts += [

@@ -36,6 +36,7 @@ def animate(
     steps: int = 3,
     fps: int = 30,
     slow: float = 2.0,
+    title: str | None = None,
     observer: FrameObserver | None = None,
 ) -> Path:
     """Write an animation of a gait: the walker, its contact force in the friction cone, and the slides of its feet.
@@ -55,6 +56,8 @@ def animate(
         Frames per second; a GIF keeps time in hundredths of a second, so 30 becomes 33.3, and 50 is the maximum.
     slow : float
         Seconds on the screen for a second of motion.
+    title : str, optional
+        Below the walker; by default the name of the robot, if `gait` states it.
     observer : callable, optional
         Receives the number of frames done and of all frames, after each frame.
 
@@ -90,7 +93,8 @@ def animate(
     choose_foot(view_motion(motion))  # raises an error for a flight
     film = AnimationFrames(motion, steps=steps, rate=rate, slow=slow)
     with write_atomically(path) as temporary, rc_context(FigureStyle().settings):
-        pictures = _report_frames(draw_pictures(known, film), len(film), observer)
+        name = _name_robot(gait) if title is None else title
+        pictures = _report_frames(draw_pictures(known, film, title=name), len(film), observer)
         if suffix == ".gif":
             _write_gif(pictures, rate, temporary)
         else:
@@ -102,6 +106,15 @@ def _motion_of(gait: HasMotion) -> AnyMotion:
     if not isinstance(getattr(gait, "motion", None), Motion | PlanarMotion):
         check_any_gait(gait)
     return gait.motion
+
+
+def _name_robot(gait: object) -> str:
+    """Return the name of the robot of a gait in words; empty for a motion, which does not contain it."""
+    name = getattr(gait, "robot_name", None)
+    if name is None:
+        robot = getattr(gait, "robot", None) or getattr(getattr(gait, "problem", None), "robot", None)
+        name = getattr(robot, "name", robot)
+    return name.replace("_", " ") if isinstance(name, str) else ""
 
 
 def _check(motion: AnyMotion, steps: int, fps: int, slow: float) -> None:

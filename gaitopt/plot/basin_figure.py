@@ -1,5 +1,6 @@
 """The figure of a basin: the ending of the walk from each start."""
 
+import itertools
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend
-from gaitopt.plot.region_map import draw_regions
+from gaitopt.plot.region_map import AreaLook, draw_regions
 from gaitopt.plot.style import FigureStyle, area_color
 from gaitopt.study.basins.basin_file import basin_key, ending_labels
 
@@ -27,13 +28,24 @@ HEIGHT, STRIP_HEIGHT = 3.6, 2.6
 LINE = 70
 """Largest number of characters of a line of the title."""
 
-FAILURES = {"fell": "0.85", "lift_off": "0.6", "no_touchdown": "0.93", "unsettled": "#F0E442"}
-"""Colours of endings that are not gaits; others are dark greys."""
+FAILURES = {
+    "fell": AreaLook("0.85"),
+    "lift_off": AreaLook("0.7", "////"),
+    "no_touchdown": AreaLook("0.97", "...."),
+    "unsettled": AreaLook("#F0E442"),
+    "painleve": AreaLook("0.3"),
+    "double_support": AreaLook("0.85", "xxxx"),
+    "no_start": AreaLook("white", "\\\\\\\\"),
+}
+"""Looks of endings that are not gaits: three greys that are far apart, and hatches."""
+
+OTHER_FAILURES = tuple(AreaLook(grey, hatch) for grey in ("0.85", "0.6") for hatch in ("++++", "||||", "----", "oo"))
+"""Looks of rare failures."""
 
 
 @check_arguments
 def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Figure":
-    r"""Draw the ending of the walk from each start of a basin: a colour for each gait, greys for failures.
+    r"""Draw the ending of the walk from each start of a basin: a colour for each gait, greys and hatches for failures.
 
     Over one coordinate, the number of steps until the ending is drawn above the colours.
 
@@ -67,7 +79,7 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
     if not known:
         raise InputError("The basin has no computed start to draw.")
     kinds = np.array([known.index(label) if label else -1 for label in labels.ravel()]).reshape(labels.shape)
-    style, colors = style or FigureStyle(), ending_colors(known)
+    style, looks = style or FigureStyle(), ending_looks(known)
     units = [str(table[name].attrs.get("units", "1")) for name in names]
     places = [in_shown_unit(table[name].values, unit) for name, unit in zip(names, units, strict=True)]
     shown = [_coordinate_label(name, unit) for name, unit in zip(names, units, strict=True)]
@@ -77,12 +89,12 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             steps = np.where(table.steps.values > 0, table.steps.values, np.nan)
             top = 1.08 * float(np.nanmax(steps, initial=1.0))
             handles = draw_regions(
-                axes, (places[0], np.array([0.0, top])), np.stack([kinds, kinds], axis=1), colors, empty="not computed"
+                axes, (places[0], np.array([0.0, top])), np.stack([kinds, kinds], axis=1), looks, empty="not computed"
             )
             axes.plot(places[0], steps, color="black", linewidth=1.0, drawstyle="steps-mid")
             axes.set(xlabel=shown[0], ylabel="steps until the ending", ylim=(0, top))
         else:
-            handles = draw_regions(axes, (places[0], places[1]), kinds, colors, empty="not computed")
+            handles = draw_regions(axes, (places[0], places[1]), kinds, looks, empty="not computed")
             axes.set(xlabel=shown[0], ylabel=shown[1])
         shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
         axes.set_title(_describe_start(table), fontsize="small")
@@ -112,19 +124,19 @@ def _describe_start(table: "xr.Dataset") -> str:
     return textwrap.fill(text, LINE)
 
 
-def ending_colors(labels: list[str]) -> dict[str, str]:
-    """Return a colour for each ending: light colours for gaits, grey for a failure.
+def ending_looks(labels: list[str]) -> dict[str, AreaLook]:
+    """Return the look of each ending: light colours for gaits, greys and hatches for failures.
 
     Examples
     --------
-    >>> ending_colors(["fell", "stick | stick"])
-    {'fell': '0.85', 'stick | stick': '#73b1d5'}
+    >>> ending_looks(["fell", "stick | stick"])["stick | stick"]
+    AreaLook(color='#73b1d5', hatch='')
     """
     gaits = [label for label in labels if "|" in label]
-    colors = {name: area_color(number) for number, name in enumerate(gaits)}
-    others = [label for label in labels if label not in {*colors, *FAILURES}]
-    colors |= FAILURES | {label: f"{0.45 * (1 - number / len(others)):.2f}" for number, label in enumerate(others)}
-    return {label: colors[label] for label in labels}
+    looks = {name: AreaLook(area_color(number)) for number, name in enumerate(gaits)}
+    others = [label for label in labels if label not in {*looks, *FAILURES}]
+    looks |= FAILURES | dict(zip(others, itertools.cycle(OTHER_FAILURES), strict=False))
+    return {label: looks[label] for label in labels}
 
 
 def name_ending(label: str) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.basin_figure import ending_colors, name_ending
+from gaitopt.plot.basin_figure import ending_looks, name_ending
 from gaitopt.plot.branch_figure import angle_symbol_of
 from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.region_map import HATCH
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
@@ -82,13 +83,10 @@ def plot_branch_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) 
 def _draw_shares(axes: "Axes", table: "xr.Dataset", values: np.ndarray) -> None:
     """Draw the shares of the endings as stacked areas."""
     labels = [str(label) for label in table.ending.values]
-    colors = ending_colors(labels)
-    axes.stackplot(
-        values,
-        table.share.values.T,
-        labels=[name_ending(label) for label in labels],
-        colors=[colors[label] for label in labels],
-    )
+    looks = ending_looks(labels)
+    areas = axes.stackplot(values, table.share.values.T, labels=[name_ending(label) for label in labels])
+    for area, label in zip(areas, labels, strict=True):
+        area.set(**HATCH | {"facecolor": looks[label].color, "hatch": looks[label].hatch})
     axes.set(ylabel="share of the starts", ylim=(0, 1))
     axes.margins(x=0)
 

@@ -52,7 +52,10 @@ LINES_ONLY = ("x", "+", "1", "2", "3", "4")
 """Markers that have no area."""
 
 MARKER, LEAST_MARKER = 5.0, 2.0
-"""Sizes of the markers of gaits of one step, and of the longest periods, whose special points are close together."""
+"""Sizes of the markers of gaits of one step, and of long periods, whose special points are close together [pt]."""
+
+MARKER_SHARE = 0.15
+"""Largest size of a marker over the extent of its branch, which it would otherwise hide."""
 
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
@@ -67,8 +70,8 @@ LARGEST_RADIUS = 4.0
 
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-LINE, LONGEST_CHANGES = 58, 116
-"""Characters of a line of the title, and of the changed parameters in it; longer ones are counted."""
+LINE, MOST_LINES = 58, 2
+"""Characters of a line of the title, and lines of the changed parameters in it; more parameters are counted."""
 
 LETTERS_PER_INCH, AXIS_WIDTH = 15.5, 0.75
 """Characters of the title per inch, and width of the labels of the vertical axis, where it does not extend [inch]."""
@@ -118,17 +121,20 @@ def plot_branches(
     angular = diagram.unit == "rad"
     colors = {name: line_style(number)["color"] for number, name in enumerate(list_gait_names(diagram))}
     several_steps, cut = any(branch.steps > 1 for branch in diagram.branches), _find_cut(diagram)
+    drawn: list[tuple[GaitBranch, Array, Array]] = []
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for branch in diagram.branches:
             values = np.degrees(branch.values) if angular else branch.values
             if coordinate not in branch.names:
                 continue
-            place = branch.names.index(coordinate)
-            heights = factor * branch.orbits[:, :, place]
+            heights = factor * branch.orbits[:, :, branch.names.index(coordinate)]
             _draw_branch(upper, branch, values, heights, colors)
             _draw_radii(lower, branch, colors, cut, angular=angular)
-            _mark(upper, diagram, branch, place, factor)
+            drawn.append((branch, values, heights))
+        for branch, values, heights in drawn:  # the sizes of the markers depend on the extent of all branches
+            size = _choose_marker_size(upper, branch.steps, values, heights)
+            _mark(upper, diagram, branch, branch.names.index(coordinate), factor, size)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower, cut)))
         _state_cut_radii(lower, diagram)
@@ -192,9 +198,10 @@ def _describe_changes(diagram: BranchDiagram, letters: int) -> str:
         for each, unit in zip(changed, units, strict=True)
     ]
     text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
-    if len(text) > LONGEST_CHANGES:
+    lines = textwrap.wrap(text, letters)
+    if len(lines) > MOST_LINES:
         return f"{len(changes)} parameters are not the defaults"
-    return "\n".join(textwrap.wrap(text, letters)).replace(NO_BREAK, " ")
+    return "\n".join(lines).replace(NO_BREAK, " ")
 
 
 def angle_symbol_of(coordinate: str) -> str:
@@ -238,9 +245,8 @@ def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: dict[s
     return {"color": colors[name_gaits(sequence, branch.steps)], **look}
 
 
-def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float) -> None:
+def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float, size: float) -> None:
     """Mark the special points of a branch at each step of their period."""
-    size = max(MARKER / math.sqrt(branch.steps), LEAST_MARKER)
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
         heights = factor * branch.orbit_of(point)[:, place]
@@ -259,6 +265,16 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
             label=point.kind.label,
             **fill,
         )
+
+
+def _choose_marker_size(axes: "Axes", steps: int, values: Array, heights: Array) -> float:
+    """Return the size of the markers of a branch [pt], which is small if the branch is short in axes that show all."""
+    extents = np.array([np.ptp(values), np.nanmax(np.ptp(heights, axis=0))])
+    total = np.asarray(axes.dataLim.size)
+    shares = extents / np.where(total > 0, total, 1.0)
+    box, figure = axes.get_window_extent(), axes.get_figure(root=True)
+    length = float(np.hypot(*(shares * box.size))) * 72 / (figure.dpi if figure else 72)
+    return max(min(MARKER / math.sqrt(steps), MARKER_SHARE * length), LEAST_MARKER)
 
 
 def _legend(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:

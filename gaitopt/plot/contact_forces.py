@@ -72,6 +72,13 @@ def find_cone_ends(view: MotionView, phase: PhaseView, sample: int, *, height: f
     return float(np.min(places - width, initial=np.inf)), float(np.max(places + width, initial=-np.inf))
 
 
+def find_force_top(view: MotionView, phase: PhaseView, sample: int, *, height: float) -> float:
+    """Return the height of the tips of the forces of `draw_contact_forces` above the ground [m]; 0 without any."""
+    feet = [foot for foot in view.loaded if phase.modes[foot] is not Mode.FREE]
+    tips = phase.places[1, feet, sample] + LENGTH * height * phase.forces[feet, 1, sample] / view.weight
+    return float(np.max(tips, initial=0.0))
+
+
 def _cone_edge(friction: float, unit: float) -> Array:
     """Return the edge of a friction cone from its foot to the right, which has the length of a unit."""
     edge: Array = np.array([friction, 1.0]) * unit / np.hypot(friction, 1.0)

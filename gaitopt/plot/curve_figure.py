@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram
+from gaitopt.continuation.branch_diagram import BranchDiagram, name_sides
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
@@ -74,7 +74,8 @@ def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> 
 def _draw_curve(axes: "Axes", diagram: BranchDiagram, curve: SpecialCurve, number: int) -> None:
     """Draw a curve, and the points of codimension two at its ends."""
     first, second = (in_shown_unit(curve.values[:, k], _unit(diagram, curve, k)) for k in range(2))
-    change = curve.before if curve.before == curve.after else f"{curve.before} \N{RIGHTWARDS ARROW} {curve.after}"
+    before, after = name_sides(curve.before, curve.after)
+    change = before if before == after else f"{before} \N{RIGHTWARDS ARROW} {after}"
     line: dict[str, Any] = {"color": line_style(number)["color"], "linewidth": 1.4}
     axes.plot(second, first, label=f"{curve.kind.label}: {change}", **line)
     for place, reason in ((0, curve.begin), (-1, curve.end)):

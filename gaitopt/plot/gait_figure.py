@@ -8,14 +8,15 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import find_nominal_friction
+from gaitopt.motion.gait_table import find_nominal_friction, name_objective
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
+from gaitopt.motion.quantity_labels import show_unit
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.impulse_marks import widen_legend_space
-from gaitopt.plot.legends import NO_BREAK, add_page_legend, wrap_text
+from gaitopt.plot.legends import NO_BREAK, add_page_legend, shorten_sequence, wrap_lines, wrap_text
 from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
@@ -94,7 +95,9 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     ----------
     gait : Gait or PlanarGait
     title : str, optional
-        First line of the title; by default the name of the problem.
+        First line of the title; by default the name of the problem.  The second line is the contact sequence, without
+        its last phases if it is longer than the figure allows, the third one the minimised objective and further
+        numbers that have space.
     style : FigureStyle, optional
         Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no space for enlargements.
 
@@ -115,7 +118,9 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     view = None
     if is_drawable(gait.motion):
         view = view_motion(gait.motion, gait.problem.get("torque_limit"))
-    return _draw_figure(view, _describe(gait, title), style or FigureStyle(), None if gait.status.ok else gait)
+    style = style or FigureStyle()
+    text = _describe(gait, title, int(TITLE_LETTERS * style.width))
+    return _draw_figure(view, text, style, None if gait.status.ok else gait)
 
 
 @check_arguments
@@ -159,7 +164,7 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
     warning, titled = _describe_failure(failed, style.width), style.titled and bool(title)
     warned = bool(warning)
-    title = "\n".join(wrap_text(line, int(TITLE_LETTERS * style.width)) for line in title.splitlines())
+    title = wrap_lines(title, int(TITLE_LETTERS * style.width))
     with rc_context(style.settings):
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
         above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
@@ -189,9 +194,22 @@ def _total_height(view: MotionView | None, style: FigureStyle) -> float:
     return (NARROW_HEIGHT if style.width < NARROW else HEIGHT) + more * EXTRA_ROW
 
 
-def _describe(gait: AnyGait, title: str | None) -> str:
-    """Return the title: name, contact sequence, and main numbers."""
-    slope, friction = np.rad2deg(gait.motion.parameters["slope"]), gait.motion.parameters["friction"]
+def _describe(gait: AnyGait, title: str | None, letters: int) -> str:
+    """Return the title in three lines: name, contact sequence, and as many of the main numbers as fit in a line."""
+    name = gait.problem.get("name", "gait")
+    first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
+    lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
+    facts = _list_facts(gait)
+    while len(", ".join(facts)) > letters and len(facts) > 1:
+        facts.pop()
+    texts = _describe_sequence(gait)
+    second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
+    return f"{first}\n{second}\n{', '.join(facts)}"
+
+
+def _list_facts(gait: AnyGait) -> list[str]:
+    """Return the main numbers of a gait, the minimised objective first."""
+    objective, friction = gait.problem["objective"], gait.motion.parameters["friction"]
     facts = [
         f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
         f"speed {_number(gait, 'speed', '.3g')} m/s",
@@ -199,16 +217,29 @@ def _describe(gait: AnyGait, title: str | None) -> str:
         rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
     ]
     if (nominal := find_nominal_friction(gait)) != friction:
-        facts[-1:] = [rf"planned for the lowest friction $\mu$ = {friction:g}", rf"nominal $\mu$ = {nominal:g}"]
+        # Before the facts that a narrow title omits.
+        facts[1:] = [
+            rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
+            *facts[1:-1],
+        ]
+    if objective != "cost_of_transport":
+        unit = gait.problem.get("objective_unit") or "1"
+        value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
+        facts.insert(0, f"{name_objective(objective)} {value}")
+    return facts
+
+
+def _describe_sequence(gait: AnyGait) -> list[str]:
+    """Return texts on the contact sequence, the slope and the replay, from the complete to the shortest one."""
+    slope = np.rad2deg(gait.motion.parameters["slope"])
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
-    verified = "" if not gait.status.ok else "(verified by replay)" if gait.verification else "(not replayed)"
-    sequence = str(gait.sequence)
-    if sequence.endswith(("|", ">")):  # a mark at the end would belong to the text that follows
-        sequence = f"'{sequence}'"
-    name = gait.problem.get("name", "gait")
-    first = title or (gait.robot_name.replace("_", " ") if name == "gait" else name)
-    second = f"{sequence}{where} {verified.replace(' ', NO_BREAK)}".rstrip()
-    return f"{first}\n{second}\n{', '.join(fact.replace(' ', NO_BREAK) for fact in facts)}"
+    missing = f" (not{NO_BREAK}replayed)" if gait.status.ok and not gait.verification else ""
+    replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if gait.status.ok and gait.verification else missing
+    sequence, *shorter = shorten_sequence(str(gait.sequence))
+    notes = [(sequence, where + replay), (sequence, where + missing), (sequence, replay), (sequence, missing)]
+    pairs = [*notes, *((text, missing) for text in shorter)]
+    # A mark at the end of a sequence would belong to the text that follows.
+    return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:

@@ -8,7 +8,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
-from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.motion_view import ONE_AND_OTHER, MotionView
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.printable import show_minus
 from gaitopt.motion.view_motion import AnyMotion, view_motion
@@ -24,6 +24,10 @@ PLAIN_GROUND = 5e-3
 
 LARGEST, SMALLEST, LETTER_WIDTH, SEQUENCE_WIDTH = 14.0, 7.0, 0.602, 0.53
 """Sizes of the contact sequence [point], width of its letters over their size, and its share of the width."""
+
+
+LEGEND_END = 0.7
+"""Right end of the legend of the legs, as a share of the width."""
 
 
 class HasMotion(Protocol):
@@ -194,6 +198,20 @@ def choose_foot(view: MotionView) -> tuple[int, Array]:
     return foot, paths[foot]
 
 
+def name_legs(figure: "Figure", view: MotionView) -> None:
+    """Add the legend of the legs to a figure, by the colours that they keep when they exchange their roles."""
+    from matplotlib.lines import Line2D
+
+    legs: dict[int, str] = {}
+    for contact in sorted({contact for contact in view.link_contacts if contact is not None}):
+        legs.setdefault(view.leg_of(contact), view.contacts[contact].leg)
+    names = ONE_AND_OTHER if view.is_single_support else legs.values()
+    lines = [Line2D([], [], color=leg_color(leg), linewidth=3) for leg in legs]
+    place: dict[str, Any] = {"loc": "center right", "bbox_to_anchor": (LEGEND_END, 0.03), "borderaxespad": 0.0}
+    if lines:
+        figure.legend(lines, [*names][: len(lines)], ncols=len(lines), fontsize=9, handlelength=1.5, **place)
+
+
 class Header:
     """The contact sequence with its current phase highlighted, the time, and whether the gait is a solution.
 
@@ -202,6 +220,8 @@ class Header:
     figure : matplotlib.figure.Figure
     gait : Gait, PlanarGait or None
     film : AnimationFrames
+    title : str
+        Written below the walker, before the friction and the slope.
 
     Attributes
     ----------
@@ -209,7 +229,7 @@ class Header:
         What each frame draws again.
     """
 
-    def __init__(self, figure: "Figure", gait: AnyGait | None, film: AnimationFrames) -> None:
+    def __init__(self, figure: "Figure", gait: AnyGait | None, film: AnimationFrames, *, title: str = "") -> None:
         self._steps, self._slowest, self._sequence = film.steps, film.slow, film.motion.tokens
         letters = sum(len(token.text) + 1.2 for token in self._sequence)
         room = 72 * figure.get_figwidth() * SEQUENCE_WIDTH / LETTER_WIDTH
@@ -227,7 +247,7 @@ class Header:
         slope, friction = (film.motion.parameters[name] for name in ("slope", "friction"))
         ground = rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction"
         ground += f", slope {np.rad2deg(slope):.3g}\N{DEGREE SIGN} downhill" if slope else ""
-        figure.text(0.025, 0.03, ground, size=9, va="center")
+        figure.text(0.025, 0.03, f"{title}, {ground}" if title else ground, size=9, va="center")
         status = getattr(gait, "status", None)  # a simulated motion has none
         if status is not None and not status.ok:
             verdict = f"NOT A SOLUTION ({status.key})"

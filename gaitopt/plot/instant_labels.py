@@ -71,26 +71,45 @@ def draw_instant_labels(
         Displacement of each stick figure along the ground.
     slope : float [rad]
     """
-    from matplotlib import rcParams
-    from matplotlib.font_manager import FontProperties
-
-    size = FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()  # a number, or a name such as medium
+    size = _find_letter_size()
     below: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": size}
     places = np.array([_ground_below(motion, instant) for instant in instants]) + np.stack([shifts, 0 * shifts], axis=1)
     x, y = tilt(places.T, slope)
-    times, letter = [f"{instant.time:.3f} s" for instant in instants], size / 72 / _estimate_scale(axes)
-    moved = spread_places(x, letter * LETTER * (max(map(len, times)) + GAP))
+    times, scale = _write_times(instants), _estimate_scale(axes)
+    letter = size / 72 / scale
+    moved = spread_places(x, estimate_time_width(instants) / scale)
     y = y - np.tan(slope) * (moved - x)
     named, areas = set[int](), list[_LabelArea]()
     for instant, time, corner in zip(instants, times, zip(moved.tolist(), y.tolist(), strict=True), strict=True):
         axes.annotate(time, corner, (0, -TIME_TOP * size), color="0.25", **below)
         if id(instant.segment) in named:
             continue
+        if motion.is_flight(instant.segment) and instant.sample == instant.segment.time.size - 1:
+            continue  # the instant of the landing
         named.add(id(instant.segment))
         labels = _list_labels(motion, instant.segment)
         area = _place_labels([text for text, _ in labels], corner[0], letter, areas)
         for row, (text, look) in enumerate(labels, area.top):
             axes.annotate(text, corner, (0, -(SLIDE_TOP + SLIDE_HEIGHT * row) * size), **look, **below)
+
+
+def estimate_time_width(instants: Sequence[MotionSample]) -> float:
+    """Return the width that the longest time takes below a stick figure [inch]."""
+    return _find_letter_size() / 72 * LETTER * (max(map(len, _write_times(instants))) + GAP)
+
+
+def _write_times(instants: Sequence[MotionSample]) -> list[str]:
+    """Return the texts of the times."""
+    return [f"{instant.time:.3f} s" for instant in instants]
+
+
+def _find_letter_size() -> float:
+    """Return the size of the letters of labels [pt]."""
+    from matplotlib import rcParams
+    from matplotlib.font_manager import FontProperties
+
+    # The setting is a number, or a name such as medium.
+    return float(FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points())
 
 
 def spread_places(places: Array, gap: float) -> Array:
@@ -147,9 +166,10 @@ def _place_labels(texts: Sequence[str], place: float, letter: float, areas: list
 
 
 def _ground_below(motion: MotionView, instant: MotionSample) -> Array:
-    """Return the place of the first foot on the ground, or the ground below the feet in flight, shape (2,) [m]."""
+    """Return the place of the first foot on the ground, or below the middle of the feet in flight, shape (2,) [m]."""
     segment, feet = instant.segment, motion.feet
     closed = [foot for foot in feet if segment.modes[foot] is not Mode.FREE]
     if closed:
         return np.asarray(segment.places[:, closed[0], instant.sample])
-    return np.array([segment.points[0, :, instant.sample].mean(), 0.0])
+    shown = [motion.foot_points[foot] for foot in feet] or slice(None)
+    return np.array([segment.points[0, shown, instant.sample].mean(), 0.0])

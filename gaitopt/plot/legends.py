@@ -53,6 +53,30 @@ def wrap_text(text: str, letters: int) -> str:
     return textwrap.fill(joined, letters).replace(NO_BREAK, " ")
 
 
+def wrap_lines(text: str, letters: int) -> str:
+    r"""Return a text of several lines, each of which is divided as by :func:`wrap_text`.
+
+    Examples
+    --------
+    >>> wrap_lines("monopod\nfoot stick > flight |", 16)
+    'monopod\nfoot stick >\nflight |'
+    """
+    return "\n".join(wrap_text(line, letters) for line in text.splitlines())
+
+
+def shorten_sequence(sequence: str) -> list[str]:
+    """Return a contact sequence and its beginnings, longest first, whose missing phases are an ellipsis.
+
+    Examples
+    --------
+    >>> shorten_sequence("slip+ stick | slip+")
+    ['slip+ stick | slip+', 'slip+ stick | …']
+    """
+    phases = sequence.replace("> ", ">\0").replace("| ", "|\0").split("\0")
+    beginnings = [" ".join(phases[:count]) for count in range(len(phases) - 1, 0, -1)]
+    return [sequence, *(f"{beginning} \N{HORIZONTAL ELLIPSIS}" for beginning in beginnings)]
+
+
 def add_page_legend(
     owner: "Axes | Figure",
     handles: Sequence["Artist"],

@@ -14,6 +14,7 @@ from gaitopt.motion.shown_limits import select_near_limits
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.impulse_marks import draw_actuator_impulses
 from gaitopt.plot.interpolation import interpolate_samples
+from gaitopt.plot.legends import NO_BREAK
 from gaitopt.plot.slip_shading import shade_slips
 from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_style, line_style
 
@@ -217,8 +218,8 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
 def _draw_limits(axes: "Axes", view: MotionView, chosen: Sequence[tuple[int, str]], unit: str) -> None:
     """Draw the limits near the values: one of all actuators in grey, others in the colours of their actuators.
 
-    The legend states a common limit that is not drawn, or that some limits are not drawn.  A limit of zero is that of
-    an idle actuator, whose line is its limit.
+    The legend states a common limit that is outside the panel, or that some limits are.  A limit of zero is that of an
+    idle actuator, whose line is its limit.
     """
     numbers, limits = _number_channels(view), {name: float(view.limits.get(name, np.inf)) for _, name in chosen}
     values = np.concatenate([part.torque[row] for part in view.segments for row, _ in chosen] or [np.zeros(1)])
@@ -231,10 +232,11 @@ def _draw_limits(axes: "Axes", view: MotionView, chosen: Sequence[tuple[int, str
         for place, level in enumerate(levels if number == 0 or not common else []):
             axes.axhline(level, label=None if place else label, **(LIMIT | color))
     if not all(near.values()):
-        label = "others not drawn" if any(near.values()) else "limits not drawn"
+        label = "other limits off scale" if any(near.values()) else "limits off scale"
         if common:
-            label = rf"limit $\pm${next(iter(finite.values())):g} {unit}"
-        axes.plot([], [], linestyle="none", label=label)  # short, since the key of a panel has little space
+            value = f"{next(iter(finite.values())):g} {unit}".replace(" ", NO_BREAK)
+            label = f"limit \N{PLUS-MINUS SIGN}{value}, off{NO_BREAK}scale"
+        axes.plot([], [], label=label, **LIMIT)
 
 
 def _draw_impulses(axes: "Axes", view: MotionView) -> None:

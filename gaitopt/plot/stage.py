@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.insets import EnlargedFoot, ForceDiagram, Header
+from gaitopt.plot.insets import EnlargedFoot, ForceDiagram, Header, name_legs
 from gaitopt.plot.scene import Scene
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class Part(Protocol):
         """Move everything to its position in a frame."""
 
 
-def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Picture]:
+def draw_pictures(gait: AnyGait | None, film: AnimationFrames, *, title: str = "") -> Iterator[Picture]:
     """Yield the picture of each frame, an array of shape (544, 960, 4) that is valid until the next one is requested.
 
     Parameters
@@ -39,6 +39,8 @@ def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Pictu
         None for a simulated motion.
     film : AnimationFrames
         Frames of the gait's motion.
+    title : str
+        Written below the walker.
 
     Examples
     --------
@@ -56,7 +58,8 @@ def draw_pictures(gait: AnyGait | None, film: AnimationFrames) -> Iterator[Pictu
     slips = any(part.slipping for part in view_motion(film.motion).segments)
     place = (0.735, 0.52, 0.24, 0.3) if slips else (0.735, 0.32, 0.24, 0.4)
     forces = ForceDiagram(figure.add_axes(place, label="force"), film)
-    parts: list[Part] = [scene, forces, Header(figure, gait, film)]
+    name_legs(figure, film.motion)
+    parts: list[Part] = [scene, forces, Header(figure, gait, film, title=title)]
     if slips:
         parts.append(EnlargedFoot(figure.add_axes((0.735, 0.11, 0.24, 0.24), label="foot"), film, film, scene.scale))
     for part in parts:

@@ -12,9 +12,16 @@ from gaitopt.motion.link_roles import Links, tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.view_motion import AnyMotion, view_motion
-from gaitopt.plot.contact_forces import LABELS, draw_contact_forces, find_cone_ends, force_handles, walker_height
+from gaitopt.plot.contact_forces import (
+    LABELS,
+    draw_contact_forces,
+    find_cone_ends,
+    find_force_top,
+    force_handles,
+    walker_height,
+)
 from gaitopt.plot.ground_line import BAND, draw_ground
-from gaitopt.plot.instant_labels import MotionSample, draw_instant_labels
+from gaitopt.plot.instant_labels import TALLEST, MotionSample, draw_instant_labels, estimate_time_width
 from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, PATCH, leg_color
 
 if TYPE_CHECKING:
@@ -82,7 +89,10 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
     height = walker_height(figures)
     cones = [find_cone_ends(motion, instant.segment, instant.sample, height=height) for instant in instants]
-    shifts = _spacing(figures, cones) * np.arange(len(instants), dtype=float)
+    tops = [find_force_top(motion, instant.segment, instant.sample, height=height) for instant in instants]
+    top = max(*tops, *(float(np.max(figure[1])) for figure in figures))  # above the figures in a jump
+    spacing = max(_spacing(figures, cones), estimate_time_width(instants) / TALLEST * top)
+    shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
         _draw_walker(axes, motion, instant, shift, slope)

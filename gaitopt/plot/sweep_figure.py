@@ -1,7 +1,7 @@
 """The figure of a sweep: a quantity of optimal gaits over one or two parameters, and the sequence of lowest cost."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -9,23 +9,34 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, wrap_text
-from gaitopt.plot.region_map import EMPTY, draw_regions, empty_patch
+from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, shorten_sequence, wrap_text
+from gaitopt.plot.region_map import EMPTY, AreaLook, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
+from gaitopt.study.sweeps.sweep_file import find_cost_variable, name_variable
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 HEIGHT, MAP_HEIGHT, EDGES_HEIGHT = 3.4, 2.8, 1.0
 """Heights of a figure over one parameter, of a map over two, and of its legend and axis labels [inch]."""
 
+MOST_LINES = 3
+"""Lines of the title."""
+
 FAILURE_ROW = 0.07
 """Height of a row of crosses over that of the lines."""
 
+RADIUS, LIMIT_LABEL = "spectral_radius", "stability limit"
+"""Variable of the spectral radius, and label of its limit 1."""
+
 LEAST_SPREAD = 1e-6
 """Relative difference of values below which they are shown as equal."""
+
+LIMIT_LOOK: dict[str, Any] = FigureStyle.limit_line | {"linestyle": ":"}
+"""Style of the stability limit, whose dots differ from the dashes of the contact sequences."""
 
 SAMPLE_LENGTH = 3.2
 """Length of a line in the legend in font sizes, which shows its dashes beside its mark."""
@@ -35,20 +46,19 @@ COLOURS = "cividis"
 
 
 @check_arguments
-def plot_sweep(
-    table: "xr.Dataset", *, quantity: str = "cost_of_transport", style: FigureStyle | None = None
-) -> "Figure":
-    """Draw a quantity of the optimal gaits of a sweep over its parameters.
+def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: FigureStyle | None = None) -> "Figure":
+    """Draw a quantity of the optimal gaits of a sweep over its parameters, by default the minimised objective.
 
     Over one parameter, each contact sequence is a line, the gaits of lowest minimised objective are large marks, and a
     cross at the bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest
-    cost and its contact sequence.  Parameters with one value are left out.
+    cost and its contact sequence.  Parameters with one value are left out.  In a figure of the spectral radius, a
+    dotted line marks the stability limit, 1.
 
     Parameters
     ----------
     table : xarray.Dataset
         From :func:`gaitopt.sweep` or :func:`gaitopt.load_sweep`.
-    quantity : str
+    quantity : str, optional
         Numeric variable of the dataset.  If it has a value for each actuator or contact, the largest magnitude is
         drawn.
     style : FigureStyle, optional
@@ -71,8 +81,10 @@ def plot_sweep(
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
     ('friction', 'impact loss [J]')
     """
+    quantity = quantity or find_cost_variable(table)
     values, unit = _read_quantity(table, quantity)
-    title = _describe_sweep(table)
+    style = style or FigureStyle()
+    title = _describe_sweep(table, int(LETTERS_PER_INCH * style.width)) if style.titled else ""
     table = table.squeeze([name for name in table.status.dims if name != "sequence" and table.sizes[name] == 1])
     names = [str(name) for name in table.status.dims if name != "sequence"]
     if not names:
@@ -84,24 +96,47 @@ def plot_sweep(
     lowest = find_lowest(table)
     if not np.any(lowest >= 0):
         raise InputError("The sweep has no solved gait to draw.")
-    style, label = style or FigureStyle(), label_quantity(quantity, unit)
-    drawn = in_shown_unit(values, unit), lowest
-    title = wrap_text(title, int(LETTERS_PER_INCH * style.width)) if style.titled else ""
+    label = label_quantity(name_variable(table, quantity), unit)
+    drawn = _DrawnQuantity(in_shown_unit(values, unit), lowest, label, title, quantity == RADIUS)
     if len(names) == 1:
-        return _draw_lines(table, names[0], drawn, (label, title), style)
-    return _draw_maps(table, names, drawn, (label, title), style)
+        return _draw_lines(table, names[0], drawn, style)
+    return _draw_maps(table, names, drawn, style)
 
 
-def _describe_sweep(table: "xr.Dataset") -> str:
-    """Return the robot of a sweep, and its contact sequence if it has one only; empty for an incomplete dataset."""
+class _DrawnQuantity(NamedTuple):
+    """A quantity of the gaits of a sweep, and the texts of its figure.
+
+    Attributes
+    ----------
+    values : (n_sequences, ...) array
+    lowest : int array
+        Number of the sequence of lowest cost at each point, -1 without a gait.
+    label, title : str
+    is_radius : bool
+        Whether the quantity is the spectral radius, which has a stability limit.
+    """
+
+    values: Array
+    lowest: "np.typing.NDArray[np.intp]"
+    label: str
+    title: str
+    is_radius: bool
+
+
+def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
+    """Return the robot of a sweep, and its contact sequence if it has one only, in at most three lines.
+
+    The text is empty for an incomplete dataset.
+    """
     try:
         problem = json.loads(table.attrs["question"])["problem"]
     except (KeyError, ValueError):
         return ""
-    facts = [str(problem.get("robot", "")).replace("_", " ")]
-    if table.sizes["sequence"] == 1:
-        facts.append(str(table.sequence.values[0]))
-    return ", ".join(fact for fact in facts if fact) if facts[0] else ""
+    robot = str(problem.get("robot", "")).replace("_", " ")
+    if not robot or table.sizes["sequence"] > 1:
+        return wrap_text(robot, letters)
+    texts = [wrap_text(f"{robot}, {each}", letters) for each in shorten_sequence(str(table.sequence.values[0]))]
+    return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1])
 
 
 def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":
@@ -127,21 +162,21 @@ def _read_quantity(table: "xr.Dataset", quantity: str) -> tuple[Array, str]:
     return np.asarray(column.transpose(*table.status.dims).values, dtype=float), str(table[quantity].attrs["units"])
 
 
-def _draw_lines(
-    table: "xr.Dataset", name: str, columns: tuple[Array, Any], texts: tuple[str, str], style: FigureStyle
-) -> "Figure":
-    (values, lowest), (label, title) = columns, texts
+def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: FigureStyle) -> "Figure":
+    values = drawn.values
     unit = str(table[name].attrs.get("units", "1"))
     across = in_shown_unit(table[name].values, unit)
     with style.figure(HEIGHT) as figure:
         axes = figure.subplots()
         for number, (sequence, row) in enumerate(zip(table.sequence.values, values, strict=True)):
-            line, best = line_style(number), lowest == number
+            line, best = line_style(number), drawn.lowest == number
             axes.plot(across, row, label=str(sequence), marker="o", markersize=2.5, **line)
             axes.plot(across[best], row[best], "o", color=line["color"], markersize=5.5, label="_lowest")
+        if drawn.is_radius:
+            axes.axhline(1, label=LIMIT_LABEL, **LIMIT_LOOK)
         axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
         _mark_failures(axes, across, values)
-        axes.set(xlabel=label_quantity(name, unit), ylabel=label)
+        axes.set(xlabel=label_quantity(name, unit), ylabel=drawn.label)
         handles, labels = axes.get_legend_handles_labels()
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
@@ -151,7 +186,7 @@ def _draw_lines(
             cross = axes.plot([], [], "x", color="0.3", markersize=4, linestyle="none")[0]
             unsolved = bool(np.all(table.status.values[failed] != "solved"))
             handles, labels = [*handles, cross], [*labels, EMPTY if unsolved else "no value"]
-        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": title}
+        place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": drawn.title}
         add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
     return figure
 
@@ -183,13 +218,11 @@ def _mark_failures(axes: "Axes", across: Array, values: Array) -> None:
         axes.plot(places, height, "x", color=line_style(int(number))["color"], markersize=4, label="_failure")
 
 
-def _draw_maps(
-    table: "xr.Dataset", names: list[str], columns: tuple[Array, Any], texts: tuple[str, str], style: FigureStyle
-) -> "Figure":
-    (values, lowest), (label, title) = columns, texts
+def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, style: FigureStyle) -> "Figure":
+    lowest = drawn.lowest
     units = [str(table[name].attrs.get("units", "1")) for name in names]
     across, upward = (in_shown_unit(table[name].values, unit) for name, unit in zip(names, units, strict=True))
-    chosen = np.take_along_axis(values, np.maximum(lowest, 0)[None], axis=0)[0]
+    chosen = np.take_along_axis(drawn.values, np.maximum(lowest, 0)[None], axis=0)[0]
     chosen = np.where(lowest >= 0, chosen, np.nan)
     several, narrow = table.sizes["sequence"] > 1, style.width < NARROW
     rows, count = (1 + several, 1) if narrow else (1, 1 + several)
@@ -198,22 +231,36 @@ def _draw_maps(
         low, high = _shown_range(chosen, float(np.nanmin(chosen)), float(np.nanmax(chosen)))
         look: dict[str, Any] = {"cmap": COLOURS, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
         mesh = panels[0].pcolormesh(across, upward, chosen.T, **look)
-        figure.colorbar(mesh, ax=panels[0], label=label, location="top")
-        place: dict[str, Any] = {"loc": "outside upper center", "title": title}
+        figure.colorbar(mesh, ax=panels[0], label=drawn.label, location="top")
+        handles: list[Artist] = _draw_limit(panels[0], (across, upward), chosen) if drawn.is_radius else []
         if several:
             panels[1].set_title("contact sequence of lowest cost")
             sequences = [str(name) for name in table.sequence.values]
-            styles = {name: area_color(number) for number, name in enumerate(sequences)}
-            handles = draw_regions(panels[1], (across, upward), lowest, styles)
-            labels = [str(handle.get_label()) for handle in handles]
-            add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+            looks = {name: AreaLook(area_color(number)) for number, name in enumerate(sequences)}
+            handles = [*draw_regions(panels[1], (across, upward), lowest, looks), *handles]
         elif np.any(lowest < 0):
-            add_page_legend(figure, [empty_patch()], [EMPTY], columns=1, width=style.width, **place)
-        elif title:
-            figure.suptitle(title, fontsize=style.font_size)
+            handles = [empty_patch(), *handles]
+        if handles:
+            labels = [str(handle.get_label()) for handle in handles]
+            place: dict[str, Any] = {"loc": "outside upper center", "title": drawn.title}
+            add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+        elif drawn.title:
+            figure.suptitle(drawn.title, fontsize=style.font_size)
         for axes in panels:
             axes.grid(visible=False)
             axes.label_outer()
         figure.supxlabel(label_quantity(names[0], units[0]), fontsize=style.font_size)
         figure.supylabel(label_quantity(names[1], units[1]), fontsize=style.font_size)
     return figure
+
+
+def _draw_limit(axes: "Axes", places: tuple[Array, Array], radii: Array) -> "list[Artist]":
+    """Draw the line along which the spectral radius is 1; return its handle of the legend, or none if there is none."""
+    from matplotlib.lines import Line2D
+
+    if not np.nanmin(radii) < 1 < np.nanmax(radii):
+        return []
+    look = LIMIT_LOOK | {"color": "black"}
+    for color, dashes, width in (("white", "-", 3.0), ("black", look["linestyle"], 1.2)):  # visible on all colours
+        axes.contour(*places, radii.T, levels=[1.0], colors=[color], linestyles=[dashes], linewidths=width)
+    return [Line2D([], [], label=LIMIT_LABEL, **look)]

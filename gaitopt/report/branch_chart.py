@@ -12,11 +12,13 @@ from gaitopt.continuation.branch_diagram import (
     count_steps,
     list_gait_names,
     name_gaits,
+    name_sides,
+    omit_outcome,
     split_branch,
 )
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.motion.motion import Array
-from gaitopt.motion.printable import show_minus, typeset_powers
+from gaitopt.motion.printable import typeset_powers
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.report.chart import COLOURS, HEIGHT, WIDTH, Chart, Curve
 from gaitopt.report.markup import Element, element, points
@@ -35,6 +37,8 @@ SHIFTS = tuple(
 CIRCLE, DIAMOND, LEAST_SHARE = 2.6, 8.0, 0.45
 """Radius of a circle and size of a diamond of gaits of one step [px], and least share of them for longer periods."""
 
+SPACING = 12.0
+"""Least distance of the circles of a branch along its line [px]."""
 
 NEAR = 13.0
 """Distance from its special point beyond which a line joins a number with it [px]."""
@@ -53,6 +57,34 @@ class ShownGait(NamedTuple):
     def name(self) -> str:
         """Name of the gait in the page."""
         return f"gait-{self.branch}-{self.number}"
+
+
+def choose_gaits(diagram: BranchDiagram, coordinate: str, most: int) -> list[ShownGait]:
+    """Return gaits evenly spaced along each branch, at least one, whose circles leave the lines of the branch visible.
+
+    Parameters
+    ----------
+    diagram : BranchDiagram
+    coordinate : str
+        Vertical axis.
+    most : int
+        Largest number of gaits of a branch.
+    """
+    chart, chosen = _make_chart(diagram, coordinate), list[ShownGait]()
+    for number, branch in enumerate(diagram.branches):
+        lengths = np.max([_measure_path(chart, diagram, branch, row) for row in _heights(branch, coordinate)], axis=0)
+        count = int(np.clip(lengths[-1] / SPACING, 1, min(most, branch.values.size)))
+        goals = np.linspace(0, lengths[-1], count) if count > 1 else lengths[-1:] / 2
+        places = {int(np.argmin(np.abs(lengths - goal))) for goal in goals}
+        chosen += [ShownGait(number, place) for place in sorted(places)]
+    return chosen
+
+
+def _measure_path(chart: Chart, diagram: BranchDiagram, branch: GaitBranch, row: Array) -> Array:
+    """Return the distance of each gait from the first one along the line of a branch, shape (K,) [px]."""
+    pairs = zip(_values(diagram, branch).tolist(), row.tolist(), strict=True)
+    corners = np.nan_to_num([chart.place(x, y) for x, y in pairs])
+    return np.insert(np.cumsum(np.hypot(*np.diff(corners, axis=0).T)), 0, 0.0)
 
 
 def draw_diagram(diagram: BranchDiagram, coordinate: str, places: Sequence[ShownGait]) -> Element:
@@ -78,7 +110,7 @@ def draw_diagram(diagram: BranchDiagram, coordinate: str, places: Sequence[Shown
     drawing.extend(circles)
     drawing.extend(_special_marks(chart, diagram, coordinate, circles))
     key = [
-        element("span", element("i", class_=f"key-line line-{number % COLOURS}"), show_minus(name), class_="named")
+        element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
         for number, name in enumerate(names)
     ]
     caption = element("figcaption", "Branches: solid stable, dashed unstable")
@@ -162,7 +194,7 @@ def _circles(chart: Chart, diagram: BranchDiagram, coordinate: str, place: Shown
     """Yield the circle of each step of a gait that can be played; keys and screen readers reach the first one."""
     branch = diagram.branches[place.branch]
     value = describe_value(diagram, float(branch.values[place.number]))
-    title = f"{value}: {show_minus(count_steps(branch.sequences[place.number]))}"
+    title = f"{value}: {count_steps(omit_outcome(branch.sequences[place.number]))}"
     for step, row in enumerate(_heights(branch, coordinate)):
         if not np.isfinite(row[place.number]):
             continue
@@ -190,7 +222,8 @@ def _special_marks(
         corners = [chart.place(value, height) for height in _special_heights(branch, coordinate, point)]
         firsts.append(corners[0] if corners else None)
         taken += [(x, y, size / 2, size / 2) for x, y in corners]
-        title = show_minus(str(point))
+        change = " -> ".join(dict.fromkeys(name_sides(point.before, point.after)))
+        title = f"{point.kind.key} at {point.value:.10g}: {change}"
         for x, y in corners:
             place = {"x": round(x, 1), "y": round(y + 0.36 * size, 1), "style": f"font-size: {size}px"}
             yield element("text", "\N{BLACK DIAMOND}", element("title", title), class_="special", **place)

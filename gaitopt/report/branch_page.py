@@ -1,20 +1,18 @@
 """write_branch_page: a bifurcation diagram as one self-contained HTML page whose points play their gaits."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
-from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
+from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps, name_sides, omit_outcome
 from gaitopt.continuation.gait_source import AnyWalkProblem, GaitSource, make_gait_source
 from gaitopt.errors import InputError
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.link_roles import is_drawable
-from gaitopt.motion.printable import show_minus
 from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.report.balance import spell_complex
-from gaitopt.report.branch_chart import ShownGait, describe_value, draw_diagram, show_value
+from gaitopt.report.branch_chart import ShownGait, choose_gaits, describe_value, draw_diagram, show_value
 from gaitopt.report.markup import Element, element, table, to_html
 from gaitopt.report.page import document
 from gaitopt.report.player import PlayedGait, make_player
@@ -82,7 +80,7 @@ def write_branch_page(
     coordinate = coordinate or next(iter(names))
     if coordinate not in names:
         raise InputError(f"The gaits have no coordinate {coordinate!r}; they have {', '.join(names)}.")
-    places = list(_choose_places(diagram))
+    places = choose_gaits(diagram, coordinate, max(2, MOST_GAITS // len(diagram.branches)))
     source = make_gait_source(problem, {diagram.parameter: diagram.ends}, engine)
     title = f"{diagram.robot}: gaits over {diagram.parameter}".replace("_", " ")
     page = document(
@@ -90,7 +88,13 @@ def write_branch_page(
         element("header", element("h1", title), element("p", HINT, class_="note")),
         element(
             "div",
-            element("div", draw_diagram(diagram, coordinate, places), _special_table(diagram), class_="overview"),
+            element(
+                "div",
+                draw_diagram(diagram, coordinate, places),
+                _special_table(diagram),
+                _list_parameters(diagram, source),
+                class_="overview",
+            ),
             element("div", *(_show_gait(source, diagram, place, hidden=place != places[0]) for place in places)),
             class_="branches",
         ),
@@ -103,30 +107,27 @@ def write_branch_page(
     return path
 
 
-def _choose_places(diagram: BranchDiagram) -> Iterator[ShownGait]:
-    """Yield gaits of all branches, evenly spaced along each of them."""
-    share = max(2, MOST_GAITS // max(len(diagram.branches), 1))
-    for number, branch in enumerate(diagram.branches):
-        count = min(share, branch.values.size)
-        for place in sorted({round(each) for each in np.linspace(0, branch.values.size - 1, count)}):
-            yield ShownGait(number, place)
+def _list_parameters(diagram: BranchDiagram, source: GaitSource) -> Element:
+    """Return the parameters of the robot but the one that varies as a table."""
+    units = {each.name: each.unit for each in source.problem.robot.parameters}
+    rows = [
+        (label_quantity(name, units.get(name, "1")), show_value(value, units.get(name, "1")))
+        for name, value in diagram.parameters.items()
+        if name != diagram.parameter
+    ]
+    return element("details", element("summary", "Parameters"), table(rows, name="Parameters"), open="open")
 
 
 def _special_table(diagram: BranchDiagram) -> Element | None:
     """Return the special points of all branches as a table; the gait after them, if it differs from that before."""
     listed = [(number, point) for number, branch in enumerate(diagram.branches) for point in branch.special]
     differ = [point.after != point.before for _, point in listed]
-    rows = [
-        (
-            str(row),
-            str(number),
-            point.kind.label,
-            show_value(point.value, diagram.unit),
-            show_minus(count_steps(point.before)),
-            *([show_minus(count_steps(point.after)) if differ[row - 1] else "the same"] if any(differ) else []),
-        )
-        for row, (number, point) in enumerate(listed, 1)
-    ]
+    rows = []
+    for row, (number, point) in enumerate(listed, 1):
+        before, after = map(count_steps, name_sides(point.before, point.after))
+        value = show_value(point.value, diagram.unit)
+        changed = [after if differ[row - 1] else "the same"] if any(differ) else []
+        rows.append((str(row), str(number), point.kind.label, value, before, *changed))
     gaits = ("before", "after") if any(differ) else ("sequence",)
     head = ("no.", "branch", "kind", label_quantity(diagram.parameter, diagram.unit), *gaits)
     return table(rows, head, name="Special points") if rows else None
@@ -139,7 +140,7 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: ShownGait, *, 
     multipliers = [complex(each) for each in branch.multipliers[number] if np.isfinite(each)]
     facts = [
         (label_quantity(diagram.parameter, diagram.unit), show_value(value, diagram.unit)),
-        ("sequence", show_minus(count_steps(branch.sequences[number]))),
+        ("sequence", count_steps(omit_outcome(branch.sequences[number]))),
         ("stable", "yes" if branch.stable[number] else "no"),
         ("multipliers", ", ".join(map(spell_complex, multipliers))),
         *(
@@ -147,12 +148,12 @@ def _show_gait(source: GaitSource, diagram: BranchDiagram, place: ShownGait, *, 
             for name, unit in zip(branch.names, branch.units, strict=True)
         ),
     ]
-    motions = source.motions(value, state, branch.steps)[:MOST_STEPS]
+    motions, sequence = source.motions(value, state, branch.steps)[:MOST_STEPS], omit_outcome(branch.sequences[number])
     players = [
         element(
             "section",
             element("h3", f"Step {step + 1} of {branch.steps}") if branch.steps > 1 else None,
-            make_player(PlayedGait(motion, motion.period, branch.sequences[number]), [], name=f"{place.name}-{step}"),
+            make_player(PlayedGait(motion, motion.period, sequence), [], name=f"{place.name}-{step}"),
             class_="gait",
         )
         for step, motion in enumerate(motions)

@@ -1,6 +1,7 @@
 """The part of a page on a gait of several steps: its steps in a table, and its motion over time."""
 
 from gaitopt.errors import join_reasons
+from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.report.markup import Element, element, table
@@ -14,9 +15,8 @@ COLUMNS = {
     "step_length": "length [m]",
     "duration": "duration [s]",
     "rise": "rise [m]",
-    "objective": "objective",
 }
-"""Headings of the facts of a step, by name; `rise` is stated on a terrain only."""
+"""Headings of the facts of a step but its objective, by name; `rise` is stated on a terrain only."""
 
 
 def multistep_section(gait: MultiStepGait, *, title: str, name: str) -> Element:
@@ -52,15 +52,16 @@ def _tables(gait: MultiStepGait) -> tuple[Element, Element]:
     """Return the facts of a gait, and those of its steps."""
     replay = gait.verification
     verdict = "not replayed" if replay is None else "passed" if replay.passed else join_reasons(replay.reasons)
+    objective = name_objective(*(step.objective.name for step in gait.problem.steps))
     facts = [
         ("robot", gait.problem.robot.name),
         ("status", f"{gait.status.key}: {gait.message}"),
-        ("objective", f"{gait.objective:.6g}"),
+        (objective, f"{gait.objective:.6g}"),
         ("periodic", "yes" if gait.problem.periodic else "no"),
         ("replay", verdict),
     ]
     stated = gait.summarise()["steps"]
-    columns = {name: heading for name, heading in COLUMNS.items() if name in stated[0]}
+    columns = {name: heading for name, heading in (COLUMNS | {"objective": objective}).items() if name in stated[0]}
     steps = [
         (str(number), *(value if isinstance(value, str) else f"{value:.4g}" for value in map(step.get, columns)))
         for number, step in enumerate(stated, start=1)

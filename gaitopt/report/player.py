@@ -4,10 +4,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
-from gaitopt.motion.motion_view import MotionView
+from gaitopt.motion.motion_view import ONE_AND_OTHER, MotionView
 from gaitopt.motion.shown_impulses import list_shown_impulses
 from gaitopt.motion.view_motion import AnyMotion
 from gaitopt.report.chart import Chart, Curve
@@ -95,15 +94,14 @@ def make_player(gait: HasPeriod, charts: list[Chart], *, name: str) -> Element:
 
 
 def _sequence(view: MotionView) -> Element:
-    """Return the contact sequence, whose current phase is highlighted."""
+    """Return the contact sequence as it is typed, whose current phase is highlighted."""
     tokens = []
     for token in view.tokens:
-        text = token.text.replace(Mode.SLIP_BACKWARD.value, Mode.SLIP_BACKWARD.label)
         if token.mode is None:
-            tokens.append(element("span", text, class_="bar"))
+            tokens.append(element("span", token.text, class_="bar"))
             continue
         kind = f"token {token.mode.name.lower()}" + (" impact" if token.phase is None else "")
-        tokens.append(element("span", text, class_=kind, data_phase=token.phase))
+        tokens.append(element("span", token.text, class_=kind, data_phase=token.phase))
     return element("p", *tokens, class_="sequence")
 
 
@@ -119,7 +117,7 @@ def _controls(last: int) -> Element:
 
 def _key(view: MotionView, *, impulsive: bool) -> Element:
     legs = sorted({contact for contact in view.link_contacts if contact is not None})
-    names = ("one leg", "the other leg") if view.is_single_support else [view.contacts[leg].name for leg in legs]
+    names = ONE_AND_OTHER if view.is_single_support else [view.contacts[leg].name for leg in legs]
     parts = [("force", "contact force"), *([("cone", "friction cone")] if view.cone_feet else [])]
     parts += [("impulse", "reaction to impulses of actuators")] if impulsive else []
     parts += [(role_of(view, leg), name) for leg, name in zip(legs, names, strict=False)]

@@ -45,16 +45,17 @@ def test_a_family_is_solved_replayed_and_saved(command, script, folder):
 @pytest.mark.parametrize(
     ("weights", "worst_case", "text"),
     [
-        ((0.5, 0.5), True, "objective: 4, the largest of the gaits (gait 2)"),
-        ((0.75, 0.25), True, "objective: 2.25, the largest weighted one (gait 1, weight 0.75)"),
-        ((0.5, 0.5), False, "objective: 3.5, the mean of the gaits"),
-        ((0.75, 0.25), False, "objective: 3.25, the weighted mean of the gaits"),
+        ((0.5, 0.5), True, "torque squared: 4, the largest of the gaits (gait 2)"),
+        ((0.75, 0.25), True, "torque squared: 2.25, the largest weighted one (gait 1, weight 0.75)"),
+        ((0.5, 0.5), False, "torque squared: 3.5, the mean of the gaits"),
+        ((0.75, 0.25), False, "torque squared: 3.25, the weighted mean of the gaits"),
     ],
 )
 def test_the_objective_of_a_family_is_stated_with_its_kind(weights, worst_case, text):
     shares = [weight * cost for weight, cost in zip(weights, (3.0, 4.0), strict=True)]
     objective = max(shares) if worst_case else sum(shares)
-    result = SimpleNamespace(gaits=(None, None), weights=weights, costs=(3.0, 4.0), objective=objective)
+    gait = SimpleNamespace(problem={"objective": "torque_squared"})
+    result = SimpleNamespace(gaits=(gait, gait), weights=weights, costs=(3.0, 4.0), objective=objective)
     assert _describe_objective(result, worst_case) == text
 
 

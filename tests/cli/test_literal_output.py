@@ -284,8 +284,9 @@ def audit():
 def multistep():
     names = ("friction", "slope", "step_length", "duration", "objective")
     step = {"sequence": "stick | stick [s]"} | dict.fromkeys(names, 0.1)
+    cost = types.SimpleNamespace(name="cost [J]")
     several = types.SimpleNamespace(
-        problem=types.SimpleNamespace(name="walk [m]", terrain=None),
+        problem=types.SimpleNamespace(name="walk [m]", terrain=None, steps=[types.SimpleNamespace(objective=cost)]),
         status=Status.SOLVED,
         message="done [s]",
         iterations=3,
@@ -376,7 +377,7 @@ def test_a_ranking_prints_the_number_it_ranks_by(capsys):
     )
     study_output.print_ranking(Ranking((judge_gait(other, 5e-3, None),), complete=True))
     shown = capsys.readouterr().out
-    assert "torque_squared [N^2 m^2 s]" in shown
+    assert "torque squared [N^2 m^2 s]" in shown
     assert "9.000000" in shown
 
 

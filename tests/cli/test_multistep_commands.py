@@ -27,7 +27,10 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert run.json["verification"]["passed"]
     assert [step["step_length"] for step in run.json["steps"]] == pytest.approx([0.45, 0.47])
     assert load_steps(folder / "two.h5").problem.name == "period two"
-    assert "stick | stick" in command("show", "two.h5").out
+    shown = command("show", "two.h5").out
+    assert "stick | stick" in shown
+    assert "torque squared:" in shown
+    assert "objective" not in shown
     assert command("verify", "two.h5", "--json").json["verification"]["passed"]
     for name, picture in (("plot", "two.png"), ("animate", "two.gif"), ("report", "two.html")):
         assert command(name, "two.h5", "-o", picture).status == 0
@@ -35,6 +38,7 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     page = (folder / "two.html").read_text(encoding="utf-8")
     assert page.count("<tr>") >= 7
     assert "Force ratio and friction cone" in page
+    assert page.count(">torque squared<") == 2
     card = show_in_notebook(load_result(folder / "two.h5"))
     assert "stick | stick" in card
     assert "<svg" in card

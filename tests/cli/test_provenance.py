@@ -59,7 +59,7 @@ def test_a_file_names_objective_and_script(solved, folder):
 
 def test_show_and_the_report_name_them(solved, command, folder):
     shown = command("show", "gait.h5").out
-    assert f"{load('gait.h5').solver.objective:.6g}" in shown.partition("\n objective ")[2].partition("\n")[0]
+    assert f"{load('gait.h5').solver.objective:.6g}" in shown.partition("\n priced ")[2].partition("\n")[0]
     assert "objective priced (price 0.5, weights [1.0, 2.0], base " in shown
     assert f"own.py, SHA-256 {solved[1]['script']['sha256']}" in shown
     assert "price=0.5" in shown

@@ -42,6 +42,21 @@ def test_numbers_come_back_bit_by_bit(table, hop_gait, name, channel, row):
     assert np.array_equal(np.array(table[name], dtype=float), hop_gait.motion.channel(channel)[row])
 
 
+def test_a_robot_adds_the_powers_of_its_actuators(hop_gait, table, tmp_path):
+    """The leg force works on the rate of the leg's length, the hip torque on that of the angle to the body."""
+    powers = read(write_csv(hop_gait.motion, tmp_path / "hop.csv", robot=hop_gait.robot))
+    assert [name for name in powers if name not in table] == ["leg_power_W", "hip_power_W"]
+    columns = {name: np.array(powers[name], dtype=float) for name in powers if not name.endswith("mode")}
+    assert np.array_equal(columns["leg_power_W"], columns["leg_force_N"] * columns["s_rate_m_per_s"])
+    for name in ("leg", "hip"):
+        start = 0
+        for part in hop_gait.motion.segments:
+            rows = slice(start, start := start + part.time.size)
+            power, work = columns[f"{name}_power_W"][rows], columns[f"{name}_work_J"][rows]
+            steps = np.diff(part.time) * (power[1:] + power[:-1]) / 2
+            np.testing.assert_allclose(np.cumsum(steps), work[1:], atol=0.02 * np.ptp(work))
+
+
 def test_each_contact_has_its_mode_its_gap_and_its_slip_speed(table, hop_gait):
     assert set(table["foot_mode"]) == {"stick", "free"}
     gap = np.concatenate([part.kinematics.gap[0] for part in hop_gait.motion.segments])

@@ -28,6 +28,7 @@ from gaitopt.model import (
     vertical_hopper,
 )
 from gaitopt.model.contacts.contact_state import ContactState
+from gaitopt.model.mechanics import describe_massless
 from gaitopt.model.planar.mirror import make_mirror
 from gaitopt.model.planar.phase_system import make_phase_system
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
@@ -159,8 +160,15 @@ def test_a_massless_link_is_a_fault():
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
     hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
     assert check_planar(biped(c, bodies=[PointMass(1.0, hip)])).faults == (
-        "Robot 'biped': the mass matrix is singular; every coordinate needs a mass or an inertia.",
+        "Robot 'biped': the mass matrix is singular, because no mass or inertia moves with 'a', 'b'; every coordinate "
+        "needs a mass or an inertia.",
     )
+
+
+def test_coordinates_that_move_no_mass_together_are_named():
+    """A link without mass between two others moves when the next joint turns back by the same angle."""
+    rows = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 1.0]])  # of the moving masses
+    assert describe_massless(rows.T @ rows, ["x", "knee", "ankle"]).endswith("in some motion of 'knee', 'ankle'")
 
 
 def test_an_inertia_without_mass_is_rejected_and_a_rotor_is_not():
@@ -172,7 +180,7 @@ def test_an_inertia_without_mass_is_rejected_and_a_rotor_is_not():
             "wheel", c, bodies=[PointMass(2.0, place), *bodies], contacts={"rim": PointContact(place)}, forces=forces
         )
 
-    with pytest.raises(InputError, match=r"Body 2: a RigidLink with an inertia of 0.1 kg m\^2 needs a mass"):
+    with pytest.raises(InputError, match=r"Body 2, which turns with 'a': a RigidLink with an inertia of 0.1"):
         assemble_wheel(RigidLink(0, place, 0.1, angle))
     assert assemble_wheel(RigidLink(0, place, 0, angle)).n_q == 3
     assert check_planar(assemble_wheel(forces=[RotorInertia(angle, 0.1)])).passed

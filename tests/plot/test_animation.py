@@ -3,11 +3,14 @@
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 from gaitopt import ArchiveError, InputError, animate
 from gaitopt.motion.animation_frames import SHORTEST_SLIP, AnimationFrames
+from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot import animation
+from gaitopt.plot.insets import Header, name_legs
 from gaitopt.plot.stage import draw_pictures
 
 QUICK = {"steps": 2, "fps": 5, "slow": 1.0}
@@ -107,7 +110,7 @@ def test_an_interrupted_film_leaves_nothing_behind(slipping, tmp_path, suffix):
 
 def test_what_ffmpeg_complains_of_is_passed_on(slipping, tmp_path, monkeypatch):
     odd = (np.zeros((5, 5, 4), dtype=np.uint8) for _ in range(3))
-    monkeypatch.setattr(animation, "draw_pictures", lambda gait, film: odd)
+    monkeypatch.setattr(animation, "draw_pictures", lambda gait, film, title: odd)
     with pytest.raises(ArchiveError, match="ffmpeg stopped"):
         animate(slipping, tmp_path / "gait.mp4")
     assert list(tmp_path.iterdir()) == []
@@ -120,3 +123,19 @@ def test_other_gaits_are_drawn(name, request):
     pictures = [picture.copy() for picture in draw_pictures(gait, film)]
     assert len(pictures) == len(film)
     assert all(np.ptp(picture[:, :, :3]) > 0 for picture in pictures)
+
+
+def test_an_animation_names_the_robot_and_the_legs(slipping, hop_gait, monkeypatch, tmp_path):
+    for gait, legs in ((slipping, ["one leg", "the other leg"]), (hop_gait, ["foot"])):
+        figure = Figure()
+        name_legs(figure, view_motion(gait.motion))
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == legs
+        figure = Figure()
+        Header(figure, gait, AnimationFrames(gait.motion, steps=1, rate=5, slow=1.0), title="a robot")
+        assert any(text.get_text().startswith("a robot, ") for text in figure.texts)
+    titles = []
+    monkeypatch.setattr(animation, "draw_pictures", lambda *_, title: titles.append(title) or iter([]))
+    monkeypatch.setattr(animation, "_write_gif", lambda *_: None)
+    for states in ({}, {"title": "walk"}):
+        animate(slipping, tmp_path / "gait.gif", **states)
+    assert titles == ["compass biped", "walk"]

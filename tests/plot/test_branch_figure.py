@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from gaitopt import FigureStyle, load_diagram, plot_branches
 from gaitopt.continuation.special_point import SpecialKind
+from gaitopt.plot.branch_figure import LEAST_MARKER, MARKER, _choose_marker_size
 from gaitopt.plot.radius_curves import interpolate_radii
 from tests.conftest import ROOT
 from tests.plot.test_gait_figure import check_texts
@@ -125,3 +127,26 @@ def test_every_kind_of_special_points_has_its_marker(diagram, width):
     markers = [entries[kind.label].get_marker() for kind in SpecialKind]
     assert len(set(markers)) == len(markers)
     check_texts(figure)
+
+
+def test_markers_are_small_on_short_branches():
+    axes = Figure(figsize=(7, 3)).add_subplot()
+    axes.plot([0, 100], [0, 1])
+    whole, values = np.array([[0.0], [1.0]]), np.array([0.0, 100.0])
+    assert _choose_marker_size(axes, 1, values, whole) == MARKER
+    assert _choose_marker_size(axes, 4, values, whole) == MARKER / 2
+    assert LEAST_MARKER < _choose_marker_size(axes, 1, values / 20, whole / 20) < MARKER
+    assert _choose_marker_size(axes, 1, values / 1000, whole / 1000) == LEAST_MARKER
+
+
+def test_a_title_has_three_lines_and_counts_further_parameters(diagram):
+    for width, last in ((7.2, "hip mass 10 kg, gravity 9.81 m/s²"), (3.5, "5 parameters are not the defaults")):
+        title = plot_branches(diagram, style=FigureStyle(width=width)).axes[0].get_title(loc="left").splitlines()
+        assert len(title) <= 3
+        assert title[-1] == last
+
+
+def test_the_sequences_of_several_contacts_are_named_as_by_the_search_for_gaits(diagram):
+    branch = replace(diagram.branches[0], sequences=("heel a stick | toe a stick | heel b stick",) * 41)
+    texts = [t.get_text() for t in plot_branches(replace(diagram, branches=(branch,))).legends[0].get_texts()]
+    assert texts[0] == "heel a stick | toe a stick |"

@@ -62,6 +62,16 @@ def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_
     assert "nominal" not in draw(slipping).get_suptitle()
 
 
+def test_title_states_the_minimised_objective_first(slipping):
+    problem = {**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
+    gait = replace(slipping, problem=problem, solver=replace(slipping.solver, objective=2.8299))
+    title = plot_gait(gait).get_suptitle().splitlines()
+    assert title[2].startswith("torque squared 2.83 N² m² s, cost of transport 0.01585")
+    narrow = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
+    assert [len(title), len(narrow)] == [3, 3]
+    assert narrow[2].startswith("torque squared 2.83 N² m² s")
+
+
 def test_title_says_whether_the_gait_was_replayed(slipping):
     assert "verified by replay" in draw(slipping).get_suptitle()
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
@@ -124,19 +134,21 @@ def test_the_torque_axis_is_scaled_to_the_torques(slipping, factor, drawn):
     axes = axes_of(plot_gait(gait))["torques"]
     assert np.ptp(torques) > 0.4 * np.ptp(axes.get_ylim())
     levels = {abs(line.get_ydata()[0]) for line in axes.lines if len(line.get_ydata()) == 2}
-    labels = axes.get_legend_handles_labels()[1]
+    handles, labels = axes.get_legend_handles_labels()
     assert levels == ({limit} if drawn else set())
-    assert labels[2:] == (["limit"] if drawn else [rf"limit $\pm${limit:g} N m"])
+    stated = f"limit \N{PLUS-MINUS SIGN}{limit:g} N m, off scale"
+    assert [label.replace("\N{NO-BREAK SPACE}", " ") for label in labels[2:]] == (["limit"] if drawn else [stated])
+    assert handles[2].get_linestyle() == "--"
     check_texts(plot_gait(gait, style=FigureStyle(width=3.5)))
 
 
 @pytest.mark.parametrize(
     ("limits", "labels"),
     [
-        ({"ankle": 60.0, "hip": 6.0}, ["limit, hip", "others not drawn"]),
-        ({"ankle": 60.0, "hip": 50.0}, ["limits not drawn"]),
+        ({"ankle": 60.0, "hip": 6.0}, ["limit, hip", "other limits off scale"]),
+        ({"ankle": 60.0, "hip": 50.0}, ["limits off scale"]),
         ({"ankle": 7.0, "hip": 6.0}, ["limit, ankle", "limit, hip"]),
-        ({"ankle": 60.0, "hip": np.inf}, ["limits not drawn"]),
+        ({"ankle": 60.0, "hip": np.inf}, ["limits off scale"]),
         ({"ankle": 0.0, "hip": np.inf}, []),
     ],
 )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gaitopt import FigureStyle, InputError, animate, plot_gait
+from gaitopt import FigureStyle, InputError, animate, load, plot_gait
 from gaitopt.cli.script import call_script
 from gaitopt.model import (
     PlanarCoordinates,
@@ -22,6 +22,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.model.robots.round_foot_walker import round_foot_walker
+from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.motion.kinematic_motion import PhaseKinematics, make_kinematic_motion
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.printable import show_minus
@@ -35,6 +36,7 @@ from gaitopt.plot.stick_figures import choose_instants, draw_stick_figures
 from gaitopt.plot.style import MODE_FILL, PATCH, leg_color
 from gaitopt.report.motion_charts import time_charts
 from gaitopt.simulation import place_planar, simulate_planar
+from tests.conftest import ROOT
 from tests.plot.test_gait_figure import axes_of, check_texts, every_text
 from tests.simulation.planar_examples import heel_toe_walker
 
@@ -85,7 +87,8 @@ def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
     assert labels(axes["modes"]) == ["foot"]
     assert "flight" in [text.get_text() for text in axes["modes"].texts]
     assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
-    assert "verified by replay" in plot_gait(hop_gait).get_suptitle()
+    assert "'foot stick > flight |' (verified by replay)" in plot_gait(hop_gait).get_suptitle()
+    assert "'foot stick > flight |' (not replayed)" in plot_gait(replace(hop_gait, verification=None)).get_suptitle()
 
 
 def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
@@ -219,6 +222,27 @@ def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait):
         lines = plot_gait(hop_gait, title=title, style=FigureStyle(width=width)).get_suptitle().splitlines()
         assert " ".join(lines).startswith(show_minus(title.replace("\n", " ")))
         assert not any(line.startswith(("stick,", "stick >", "stick |", "A ", "B ", "|")) for line in lines)
+
+
+def test_a_title_has_three_lines_however_long_the_sequence():
+    gait = load(ROOT / "tests/problems/bounding_quadruped.h5")
+    narrow, wide = (plot_gait(gait, style=FigureStyle(width=width)).get_suptitle().splitlines() for width in (3.5, 7.2))
+    assert [len(narrow), len(wide)] == [3, 3]
+    assert narrow[1] == "back foot stick > flight | \N{HORIZONTAL ELLIPSIS}"
+    assert wide[1] == f"'{gait.sequence}' (verified by replay)"
+
+
+@pytest.mark.parametrize("duration", [0.75, 5.0])
+def test_times_stand_below_the_feet_and_flight_below_a_foot_in_the_air(duration):
+    walk = simulate_planar(vertical_hopper(), [0.7, 0.2], [0, 0], {}, duration=duration).motion
+    axes = Figure(figsize=(7.2, 2.4)).add_subplot()
+    draw_stick_figures(axes, walk)
+    places = [text.xy[0] for text in axes.texts if text.get_text().endswith(" s")]
+    legs = [line for line in axes.lines if line.get_linewidth() == 2.6]
+    np.testing.assert_allclose(places, [leg.get_xdata()[0] for leg in legs], atol=1e-9)
+    flights = {text.xy[0] for text in axes.texts if text.get_text() == "flight"}
+    assert flights
+    assert flights <= {place for place, leg in zip(places, legs, strict=True) if min(leg.get_ydata()) > 1e-3}
 
 
 def same_color(one, other):

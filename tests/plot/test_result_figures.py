@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimle
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
 from gaitopt.plot import (
+    basin_figure,
     plot_basin,
     plot_ranking,
     plot_result,
@@ -21,7 +23,7 @@ from gaitopt.plot import (
     plot_tuning,
     view_result,
 )
-from gaitopt.plot.basin_figure import ending_colors
+from gaitopt.plot.basin_figure import FAILURES, ending_looks
 from gaitopt.plot.comparison_figure import TERMS
 from gaitopt.plot.style import BODY, CONE, FORCE, LINES, MODE_FILL, area_color, leg_color, line_style
 from gaitopt.plot.sweep_figure import find_lowest
@@ -150,6 +152,34 @@ def test_the_legend_of_a_sweep_names_the_objective_and_the_points_without_a_gait
     assert [text.get_text() for legend in complete.legends for text in legend.get_texts()] == [SEQUENCES[1]]
 
 
+def test_a_sweep_shows_its_objective_unless_another_quantity_is_named():
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    table["objective"] = 100 * table.cost_of_transport
+    table["objective"].attrs |= {"name": "torque_squared", "units": "N^2 m^2 s"}
+    (axes,) = plot_sweep(table).axes
+    assert axes.get_ylabel() == "torque squared [N² m² s]"
+    np.testing.assert_allclose(axes.lines[0].get_ydata()[1:], table.objective.values[0, 1:])
+    assert plot_sweep(table, quantity="cost_of_transport").axes[0].get_ylabel() == "cost of transport"
+    table["objective"].attrs |= {"name": "cost_of_transport", "units": "1"}
+    assert plot_sweep(table).axes[0].lines[0].get_ydata()[1] < 10  # without the quadrature error of the objective
+
+
+def test_a_sweep_of_spectral_radii_shows_the_stability_limit():
+    line = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    plane = make_sweep(slope=[0.0, 0.05, 0.1], friction=np.linspace(0.1, 0.2, 4))
+    for table in (line, plane):
+        table["spectral_radius"] = (table.cost_of_transport.dims, table.cost_of_transport.values - 0.4, {"units": "1"})
+        figure = plot_sweep(table, quantity="spectral_radius")
+        texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+        assert "stability limit" in texts
+        assert "stability limit" not in [t.get_text() for each in plot_sweep(table).legends for t in each.get_texts()]
+    (axes,) = plot_sweep(line, quantity="spectral_radius").axes
+    (limit,) = [each for each in axes.lines if each.get_label() == "stability limit" and len(each.get_ydata())]
+    assert list(limit.get_ydata()) == [1, 1]
+    plane["spectral_radius"] -= 0.9  # all gaits are stable
+    assert len(plot_sweep(plane, quantity="spectral_radius").legends[0].texts) == 2
+
+
 def test_the_lowest_cost_is_that_of_the_sequences_that_are_left():
     table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
     table["lowest_sequence"] = ("slope", np.array([SEQUENCES[1], SEQUENCES[0], *[SEQUENCES[1]] * 3], dtype=object))
@@ -184,13 +214,34 @@ def test_a_sweep_states_its_robot_and_its_only_sequence_and_names_points_without
     assert title_of(plot_sweep(complete.fillna(1.0))) == f"compass biped, {SEQUENCES[0]}"
 
 
+def test_the_title_of_a_sweep_has_at_most_three_lines():
+    long = "heel A stick, toe B stick > heel A stick, toe B slip+ | heel A stick, toe A stick > toe A stick |"
+    long += " heel B stick > heel B stick, toe B stick |"
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5)).isel(sequence=[1]).assign_coords(sequence=[long])
+    assert title_of(plot_sweep(table)).replace("\n", " ") == f"compass biped, {long}"
+    title = title_of(plot_sweep(table, style=FigureStyle(width=3.5)))
+    assert title.count("\n") == 2
+    assert title.endswith("\N{HORIZONTAL ELLIPSIS}")
+
+
 def test_a_basin_has_a_colour_for_each_ending(results):
     handles = plot_basin(results["basin over two"]).legends[0].legend_handles
     colors = {handle.get_label(): handle.get_facecolor() for handle in handles}
     assert {"fell", "stick | stick"} <= set(colors)
     assert len(set(colors.values())) == len(colors)
-    labels = ["a | b", "ambiguous", "fell", "jam", "no_start", "painleve"]
-    assert len(set(ending_colors(labels).values())) == len(labels)
+    labels = ["a | b", "ambiguous", "fell", "jam", "lift_off", "no_start", "no_touchdown", "painleve", "unsettled"]
+    looks = ending_looks(labels)
+    failures = [looks[label] for label in labels[1:]]
+    for one, other in combinations(failures, 2):  # greys that are far apart, or different hatches
+        assert one.hatch != other.hatch or np.abs(np.subtract(to_rgb(one.color), to_rgb(other.color))).max() > 0.4
+
+
+def test_failures_of_a_basin_have_hatches(results, monkeypatch):
+    labels = np.array([["fell"] * 2, ["lift_off"] * 2] * 3)
+    monkeypatch.setattr(basin_figure, "ending_labels", lambda _: labels)
+    figure = plot_basin(results["basin over two"])
+    assert [part.get_hatch() for part in figure.axes[0].collections] == [None, FAILURES["lift_off"].hatch]
+    assert [handle.get_hatch() or "" for handle in figure.legends[0].legend_handles] == ["", FAILURES["lift_off"].hatch]
 
 
 def test_the_ranking_is_drawn_from_the_lowest_cost_down(results, slipping_both_ways):

@@ -4,28 +4,28 @@ import json
 import math
 import re
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import pytest
 
 from gaitopt import InputError, WalkProblem, compass_biped, load_diagram
 from gaitopt.report import write_branch_page
-from gaitopt.report.branch_chart import ShownGait, draw_diagram
+from gaitopt.report.branch_chart import ShownGait, choose_gaits, draw_diagram
 from gaitopt.report.branch_page import _special_table
 from gaitopt.report.page import read_asset
 from tests.conftest import ROOT
 
 
 def shorten_diagram():
-    """Return two branches of a diagram with two gaits each."""
+    """Return two branches of a diagram with two gaits each, at their ends."""
     whole = load_diagram(ROOT / "docs/examples/compass_slope.nc")
     kept = [
         replace(
             branch,
-            values=branch.values[:2],
-            orbits=branch.orbits[:2],
-            multipliers=branch.multipliers[:2],
-            sequences=branch.sequences[:2],
+            values=branch.values[[0, -1]],
+            orbits=branch.orbits[[0, -1]],
+            multipliers=branch.multipliers[[0, -1]],
+            sequences=(branch.sequences[0], branch.sequences[-1]),
         )
         for branch in whole.branches[:2]
     ]
@@ -86,7 +86,27 @@ def test_a_changed_sequence_has_a_column(diagram):
     (point, *_), (first, *others) = diagram.branches[0].special, diagram.branches
     changed = replace(first, special=(point, replace(point, before="stick | stick", after="slip- stick | stick")))
     cells = [cell.text for cell in _special_table(replace(diagram, branches=(changed, *others))).iter("td")]
-    assert [cells[4], cells[9]] == ["the same", "slip\N{MINUS SIGN} stick | stick"]
+    assert [cells[4], cells[9]] == ["the same", "slip- stick | stick"]
+
+
+def test_circles_leave_the_lines_of_short_branches_visible():
+    diagram = load_diagram(ROOT / "docs/examples/compass_slope.nc")
+    places = choose_gaits(diagram, "th1", 8)
+    counts = [sum(place.branch == number for place in places) for number in range(len(diagram.branches))]
+    assert counts == [8, 8, 1, 1, 1]
+    drawing = draw_diagram(diagram, "th1", [place for place in places if place.branch == 1])
+    rows = [(float(part.get("cx")), float(part.get("cy"))) for part in drawing.iter("circle")]
+    lower = [corner for corner in rows if corner[1] > rows[0][1]]
+    assert all(math.dist(one, other) > 8 for one, other in pairwise(sorted(lower)))
+
+
+def test_the_parameters_of_the_robot_are_listed(page, diagram):
+    listed = page.partition("<summary>Parameters</summary>")[2].partition("</table>")[0]
+    rows = re.findall(r'<th scope="row">(.*?)</th><td>(.*?)</td>', listed)
+    assert ("leg length [m]", "1") in rows
+    assert ("hip mass [kg]", "10") in rows
+    assert len(rows) == len(diagram.parameters)
+    assert "slope" not in listed
 
 
 def test_numbers_of_special_points_lie_apart():

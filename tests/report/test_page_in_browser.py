@@ -2,7 +2,7 @@
 
 import re
 from importlib.resources import files
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -74,6 +74,20 @@ def test_the_label_of_an_axis_and_the_numbers_at_its_ticks_lie_apart(browser, la
     for one, other in combinations(boxes, 2):
         beside = one["right"] <= other["left"] or other["right"] <= one["left"]
         assert beside or one["bottom"] <= other["top"] or other["bottom"] <= one["top"], (one, other)
+
+
+def test_no_area_below_the_player_is_blank(open_page):
+    """The player, the facts and the charts are stacked in two columns; phones have one."""
+    page = open_page().page
+    boxes = page.evaluate(
+        "[...document.querySelector('.columns').children].map(part => part.getBoundingClientRect().toJSON())"
+    )
+    edges = sorted({round(box["left"]) for box in boxes})
+    assert len(edges) == 2
+    for left in edges:
+        stacked = sorted((box for box in boxes if round(box["left"]) == left), key=lambda box: box["top"])
+        gaps = [below["top"] - above["bottom"] for above, below in pairwise(stacked)]
+        assert gaps == pytest.approx([16.0] * len(gaps), abs=1)
 
 
 def test_scrubbing_moves_the_walker_the_sequence_and_the_charts(open_page):

@@ -50,6 +50,14 @@ def text(report_file):
     return report_file.read_text(encoding="utf-8")
 
 
+def test_modes_are_written_as_they_are_typed(slipping_both_ways, tmp_path):
+    """A sequence that is copied from a page is accepted by the commands."""
+    text = write_report({"both": slipping_both_ways}, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "slip\N{MINUS SIGN}" not in text
+    assert ">slip-<" in text  # of the player
+    assert f"<td>{slipping_both_ways.sequence}</td>" in text
+
+
 def test_the_page_is_whole_small_and_needs_nothing_else(text):
     parser = Balanced()
     parser.feed(text)

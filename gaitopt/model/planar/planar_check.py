@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
+from gaitopt.model.mechanics import SINGULAR, describe_massless
 from gaitopt.model.planar.contact_translation import describe_detached_contacts
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -125,7 +126,7 @@ def check_planar(
         rows.append(
             (
                 -least,
-                _energy_error(robot, q, v, u, p) if least > 1e-14 else np.nan,
+                _energy_error(robot, q, v, u, p) if least > SINGULAR else np.nan,
                 _contact_error(robot, q, v, p),
                 _travel_error(robot, q, v, p),
                 _mirror_error(robot, robot.mirror, q, v, p),
@@ -133,12 +134,13 @@ def check_planar(
         )
     worst = np.max(np.array(rows), axis=0).tolist()
     least, energy, contacts, travel, mirror = worst
+    massless = "" if -least > SINGULAR else describe_massless(mass, robot.coordinates)
     faults = (
-        *_faults(robot, worst, _describe_misfit(robot, q, v, p)),
+        *_faults(robot, worst, _describe_misfit(robot, q, v, p), massless),
         *_release_faults(robot),
         *_arming_faults(robot, p),
     )
-    if -least > 1e-14:
+    if -least > SINGULAR:
         faults += describe_detached_contacts(robot, q, p)
     return PlanarCheck(-least, energy, contacts, travel, mirror, faults, report_implausible_sizes(robot, values))
 
@@ -169,11 +171,11 @@ def _describe_misfit(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> str
     missing = _find_missing_coordinates(robot, robot.mirror, q, v, p)
     if missing:
         return f" Coordinates missing from the mirror: {', '.join(missing)}."
-    gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, robot.mirror.coordinates @ q))
-    wrong = np.abs(mirrored - gaps[list(robot.mirror.contacts)]) > DIFFERENCED
-    names = [repr(name) for name, is_wrong in zip(robot.contact_names, wrong, strict=True) if is_wrong]
-    if names:
-        return f" Contacts with a wrong partner: {', '.join(names)}."
+    unexchanged, wrong = _find_unfit_contacts(robot, robot.mirror, q, p)
+    if unexchanged:
+        return f" Contacts missing from the mirror: {', '.join(unexchanged)}."
+    if wrong:
+        return f" Contacts with a wrong partner: {', '.join(wrong)}."
     actuators = _find_unfit_actuators(robot, robot.mirror, q, v, p)
     return f" Wrong entries: {', '.join(actuators)}." if actuators else ""
 
@@ -193,6 +195,15 @@ def _find_missing_coordinates(robot: PlanarRobot, mirror: Mirror, q: Vector, v: 
     return [repr(name) for name, is_wrong in zip(robot.coordinates, wrong, strict=True) if is_wrong]
 
 
+def _find_unfit_contacts(robot: PlanarRobot, mirror: Mirror, q: Vector, p: Vector) -> tuple[list[str], list[str]]:
+    """Return the contacts that the mirror wrongly leaves unchanged, and those that have a wrong partner."""
+    gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, mirror.coordinates @ q))
+    unfit = np.abs(mirrored - gaps[list(mirror.contacts)]) > DIFFERENCED
+    names = robot.contact_names
+    unexchanged = [repr(names[i]) for i in np.flatnonzero(unfit) if mirror.contacts[i] == i]
+    return unexchanged, [repr(names[i]) for i in np.flatnonzero(unfit) if mirror.contacts[i] != i]
+
+
 def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
     """Return the actuators whose torque the mirror does not exchange, with a hint on the sign."""
     coordinates = mirror.coordinates
@@ -203,7 +214,10 @@ def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vect
         one, other = actual[:, number], expected[:, number]
         if np.max(np.abs(one - other), initial=0.0) > EXACT * (1 + np.max(np.abs(one), initial=0.0)):
             reversed_sign = np.max(np.abs(one + other), initial=0.0) < EXACT * (1 + np.max(np.abs(one), initial=0.0))
-            hints.append(f"actuator {name!r}" + (", whose sign is reversed in the mirror" if reversed_sign else ""))
+            missing = ", which is missing from the mirror" if mirror.actuators[number, number] == 1 else ""
+            hints.append(
+                f"actuator {name!r}" + (", whose sign is reversed in the mirror" if reversed_sign else missing)
+            )
     return hints
 
 
@@ -211,14 +225,14 @@ def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
     return [np.array(part, dtype=float) for part in function.call(list(inputs))]
 
 
-def _faults(robot: PlanarRobot, worst: list[float], misfit: str) -> tuple[str, ...]:
+def _faults(robot: PlanarRobot, worst: list[float], misfit: str, massless: str) -> tuple[str, ...]:
     """Return the sentences of the errors that are too large."""
     least, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
     if least > NEGATIVE:
         return (f"{name} the mass matrix has a negative eigenvalue: a mass or an inertia is negative.",)
-    if not -least > 1e-14:
-        return (f"{name} the mass matrix is singular; every coordinate needs a mass or an inertia.",)
+    if not -least > SINGULAR:
+        return (f"{name} the mass matrix is singular{massless}; every coordinate needs a mass or an inertia.",)
     if not energy < DIFFERENCED:
         faults.append(
             f"{name} the change of energy differs from the work of the forces by {energy:.3g} (relative error)."

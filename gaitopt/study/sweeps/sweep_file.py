@@ -105,6 +105,31 @@ def to_dataset(findings: SweepResults) -> "xr.Dataset":
     return table.assign(findings.columns)
 
 
+def find_cost_variable(table: "xr.Dataset") -> str:
+    """Return the variable that a sweep minimises; the cost of transport is that without quadrature error.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> find_cost_variable(xr.Dataset({"objective": ("friction", [1.0], {"name": "torque_squared"})}))
+    'objective'
+    """
+    name = table.objective.attrs.get("name", "") if "objective" in table else "cost_of_transport"
+    return "cost_of_transport" if name == "cost_of_transport" else "objective"
+
+
+def name_variable(table: "xr.Dataset", variable: str) -> str:
+    """Return the name of a variable of a sweep; that of the minimised objective is the name of the objective.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> name_variable(xr.Dataset({"objective": ("friction", [1.0], {"name": "torque_squared"})}), "objective")
+    'torque_squared'
+    """
+    return str(table[variable].attrs.get("name", variable)) if variable == "objective" else variable
+
+
 def _single_support_dataset(findings: SweepResults) -> "xr.Dataset":
     """Return the table of a sweep of a robot in single support, without further columns."""
     import xarray as xr
