@@ -9,6 +9,7 @@ from rich.text import Text
 
 from gaitopt.cli.output import out
 from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps
+from gaitopt.continuation.special_point import name_end
 
 
 def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
@@ -25,7 +26,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
         ends = branch.values[[0, -1]]
         spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]
         counts = (str(branch.steps), str(branch.values.size), str(int(branch.stable.sum())))
-        branches.add_row(str(number), *counts, *spans, begin.replace("_", " "), branch.end.replace("_", " "))
+        branches.add_row(str(number), *counts, *spans, name_end(begin), name_end(branch.end))
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
     columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "stability", "before", "after"]
@@ -36,7 +37,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
             after = "" if point.after == point.before else point.after
             names = [Text(count_steps(name).replace("; ", ";\n")) for name in (point.before, after)]
             values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
-            special.add_row(str(number), point.kind.label, *values, branch.stability_change(point), *names)
+            special.add_row(str(number), point.label, *values, branch.stability_change(point), *names)
     if special.row_count:
         out.print(special)
     if diagram.curves:

@@ -119,7 +119,7 @@ def _special_table(diagram: BranchDiagram) -> Element | None:
         (
             str(row),
             str(number),
-            point.kind.label,
+            point.label,
             show_value(point.value, diagram.unit),
             show_minus(count_steps(point.before)),
             *([show_minus(count_steps(point.after)) if differ[row - 1] else "the same"] if any(differ) else []),
