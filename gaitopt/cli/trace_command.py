@@ -127,7 +127,8 @@ def trace(
 
     For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
     saved gait is followed in both directions from the value of the parameter in its file. Saved and optimal gaits must
-    have one foot on the ground at a time; scripts with a walking problem may have robots with several contacts.
+    have one foot on the ground at a time. Robots with several contacts are accepted in scripts whose gaits, passive or
+    controlled, are found by simulation without optimisation (PlanarWalkProblem).
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.
