@@ -169,7 +169,7 @@ def solve_scenarios(
     scenarios : Scenarios
     law : str, Law or callable
         Name of a controller family, see :func:`gaitopt.tuning.controller_family_named`; ``"feedforward"`` for the
-        planned torques; a law; or a function (robot, motion, torque_limit) that returns a law or a controller family for
+        planned torques; a law; or a function (robot, motion, torque_limit) that returns a law or a controller family of
         a gait.  Gains of a law are tuned between 0 and three times their values.
     torque_limit : float or mapping of actuator to float, optional [N m]
         Limit of the torques under feedback; 1.2 times that of the problem by default.
