@@ -71,18 +71,6 @@ STOP_KINDS = {
 """Kind of the end of a branch, by the reason for which a step beyond it stops."""
 
 
-def name_end(reason: str) -> str:
-    """Return the reason for which a branch ends, as in tables: the label of a kind, or the reason in words.
-
-    Examples
-    --------
-    >>> name_end("range_end"), name_end("roll_over")
-    ('range end', 'fall')
-    """
-    kinds = {kind.key: kind for kind in SpecialKind}
-    return kinds[reason].label if reason in kinds else reason.replace("_", " ")
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SpecialPoint:
     """A point of a branch at which the gait changes qualitatively.
