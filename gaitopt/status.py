@@ -18,8 +18,8 @@ class Status(Enum):
 
     SOLVED = "Solved to the requested tolerance."
     ACCEPTABLE = (
-        "Stopped near an optimum, at a looser tolerance than requested, which is not accepted as a solution: start "
-        "from another guess, or specify a larger tolerance of the solver."
+        "Stopped at Ipopt's 'acceptable' tolerance, which is looser than requested; gaitopt does not count the result "
+        "as a solution: start from another guess, or specify a larger tolerance of the solver."
     )
     NOT_VERIFIED = (
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "

@@ -21,9 +21,9 @@ HEAD = """# Audit
 {count} random problems, solved with the default options, verified by replay in the simulator, and replayed again by a
 second integrator. The problems are the installed scripts below with random settings (seed {seed}). The second
 integrator shares only the symbolic equations of the robot with the simulator: contact forces, contact modes, event
-location, impacts and the integration are computed by separate code. Both integrate by the method DOP853, the second one
-with SciPy's implementation. Every problem can be repeated by `gaitopt solve` with the settings in the results of
-`gaitopt audit`.
+location, impacts and the integration are computed by separate code. Both integrate by the method DOP853: the simulator
+by its engine `scipy`, which is gaitopt's own implementation and takes the same steps as SciPy's, the second integrator
+by that of SciPy. Every problem can be repeated by `gaitopt solve` with the settings in the results of `gaitopt audit`.
 
 - *verified*: the plan and both replays agree in the sequence, the state (within {state:g}, SI units) and the period
   (within {period:g} s).

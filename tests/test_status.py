@@ -22,6 +22,11 @@ def test_only_a_solution_is_ok():
     assert [status for status in Status if status.ok] == [Status.SOLVED]
 
 
+def test_the_looser_tolerance_of_ipopt_is_no_solution():
+    assert "Ipopt's 'acceptable' tolerance" in Status.ACCEPTABLE.hint
+    assert "does not count the result as a solution" in Status.ACCEPTABLE.hint
+
+
 def test_several_possible_motions_have_a_remedy():
     assert "Try less friction" in Stop.AMBIGUOUS.hint
     assert "Margins(cone=..., impact_cone=...)" in Stop.AMBIGUOUS.hint

@@ -146,7 +146,8 @@ def report(
 ) -> None:
     """Write gaits as one HTML page: animation, charts, energy, Floquet multipliers, comparison, problem and versions.
 
-    A walking script without optimisation is accepted in place of a file: the page shows its first periodic gait.
+    A script whose gaits are found by simulation without optimisation (WalkProblem, PlanarWalkProblem) is accepted in
+    place of a file: the page shows its first periodic gait.
 
     The page is self-contained and needs no network connection.
 

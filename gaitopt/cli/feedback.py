@@ -55,7 +55,7 @@ def tune(
     """Tune the gains of a feedback law for a gait and verify the law by walks from perturbed states.
 
     For a robot with several contacts, the problem script is accepted in place of the gait file, and is solved first;
-    the laws of such a robot are joint_pd, lqr and step_lqr.
+    the built-in laws of such a robot are joint_pd, lqr and step_lqr; custom laws (SCRIPT.py:FUNCTION) are accepted too.
 
     Exit status 0 if the law stabilises the gait; otherwise 1, and the smallest spectral radius is printed.  Ctrl-C
     during the search ends it, and the best gains so far are printed and written without verification;

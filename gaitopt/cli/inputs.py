@@ -113,7 +113,8 @@ class Request:
         stated = self.stated
         if self.feedback is not None:
             raise InputError(
-                "--law is accepted for a saved gait only; the law of a walking problem is defined in its script."
+                "--law is accepted for a saved gait only; the law of a walking problem without optimisation "
+                f"({type(stated).__name__}) is defined in its script."
             )
         return require_walk_problem(stated, read_script(self.source, self.settings))
 

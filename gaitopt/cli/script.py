@@ -233,7 +233,10 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
             "'stability', 'simulate', 'tune', 'push', 'basin' and 'impact' do."
         )
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
-        raise InputError(f"{script.path} is a walking problem without optimisation; {name_walk_commands(script.path)}.")
+        kind = type(problem).__name__
+        raise InputError(
+            f"{script.path} is a walking problem without optimisation ({kind}); {name_walk_commands(script.path)}."
+        )
     if isinstance(problem, Family | RobustProblem):
         kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
@@ -280,7 +283,8 @@ def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
             return solve_planar(stated).require()
         if isinstance(stated, WalkProblem | PlanarWalkProblem):
             raise InputError(
-                f"{file} is a walking problem without optimisation; 'gaitopt stability {file}' assesses its gaits."
+                f"{file} is a walking problem without optimisation ({type(stated).__name__}); 'gaitopt stability "
+                f"{file}' assesses its gaits."
             )
     return load_any_gait(file, script).require()
 

@@ -126,7 +126,9 @@ def trace(
 
     For a script, the trace begins with its first stable gait at FROM (or, if none is stable, with an unstable one); a
     saved gait is followed in both directions from the value of the parameter in its file, with its planned torques or
-    under --law. Optimal gaits over a parameter are followed for robots with one foot on the ground at a time only.
+    under --law. Optimal gaits over a parameter are followed for robots with one foot on the ground at a time only;
+    robots with several contacts are accepted in saved gaits, and in scripts whose gaits, passive or controlled, are
+    found by simulation without optimisation (PlanarWalkProblem).
 
     Ctrl-C ends the trace and keeps the branches that were followed. With -o FILE.nc, the trace is also kept in
     FILE.nc.checkpoint while it runs; the same command continues an interrupted trace from there.

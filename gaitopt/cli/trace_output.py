@@ -1,6 +1,7 @@
 """Output of the command on branches of gaits."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from rich import box
@@ -9,6 +10,7 @@ from rich.text import Text
 
 from gaitopt.cli.output import out
 from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps, name_sides
+from gaitopt.continuation.special_point import SpecialPoint
 
 
 def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
@@ -25,7 +27,8 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
         ends = branch.values[[0, -1]]
         spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]
         counts = (str(branch.steps), str(branch.values.size), str(int(branch.stable.sum())))
-        branches.add_row(str(number), *counts, *spans, begin.replace("_", " "), branch.end.replace("_", " "))
+        reasons = _name_end(begin, branch.special[:1]), _name_end(branch.end, branch.special[-1:])
+        branches.add_row(str(number), *counts, *spans, *reasons)
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
     columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "stability", "before", "after"]
@@ -37,7 +40,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
             after = "" if point.after == point.before else after
             names = [Text(count_steps(name).replace("; ", ";\n")) for name in (before, after)]
             values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
-            special.add_row(str(number), point.kind.label, *values, branch.stability_change(point), *names)
+            special.add_row(str(number), point.label, *values, branch.stability_change(point), *names)
     if special.row_count:
         out.print(special)
     if diagram.curves:
@@ -47,6 +50,11 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")
+
+
+def _name_end(reason: str, nearest: Sequence[SpecialPoint]) -> str:
+    """Return the reason for which a branch begins or ends: the label of the special point there, if it is one."""
+    return next((point.label for point in nearest if point.kind.key == reason), reason.replace("_", " "))
 
 
 def _curve_table(diagram: BranchDiagram) -> Table:

@@ -41,5 +41,6 @@ def refuse_walk_script(file: Path) -> None:
         return
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
-            f"{file} is a script with a walking problem without optimisation, not a result; {name_walk_commands(file)}."
+            f"{file} is a script with a walking problem without optimisation ({type(problem).__name__}), not a result; "
+            f"{name_walk_commands(file)}."
         )

@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 
 from gaitopt.continuation.gait_family import name_structure
 from gaitopt.continuation.line_search import LineSearch, PlanePoint
-from gaitopt.continuation.special_point import SpecialKind
+from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.motion.motion import Array
 
 SAMPLES = 3
@@ -31,10 +31,10 @@ PARALLEL = 1e-5
 
 
 class Meeting(NamedTuple):
-    """A point of codimension two, and the kind of the other special point there."""
+    """A point of codimension two, and a special point of the other curve next to it."""
 
     point: PlanePoint
-    kind: SpecialKind
+    other: SpecialPoint
 
 
 def locate_meeting(search: LineSearch, last: PlanePoint, tangent: Array, step: float, finest: float) -> Meeting | None:
@@ -72,21 +72,21 @@ def _intersect(search: LineSearch, last: PlanePoint, base: Array, tangent: Array
         offsets = [-k * depth * step for k in range(1, SAMPLES + 1)]
         places = [base + offset * normal for offset in offsets]
         bounds = [_find_bound(search, points[0], place, tangent, step) for place in places]
-        kinds = {bound[1] for bound in bounds if bound is not None}
-        if None in bounds or len(kinds) > 1:
+        ends = [special for special in bounds if special is not None]
+        if len(ends) < len(bounds) or len({special.kind for special in ends}) > 1:
             continue
-        bound = _fit(offsets, [each[0] for each in bounds if each is not None])
+        bound = _fit(offsets, [special.value for special in ends])
         end = _find_root(bound(curve) - Polynomial([0.0, 1.0]), float(bound(0.0)))
         if end is not None and -step <= end <= BEYOND * step:
             place = base + end * tangent + curve(end) * normal
-            return Meeting(_move(points, along, place, end), kinds.pop())
+            return Meeting(_move(points, along, place, end), ends[0])
     return None
 
 
 def _find_bound(
     search: LineSearch, point: PlanePoint, place: Array, tangent: Array, step: float
-) -> tuple[float, SpecialKind] | None:
-    """Return where the gaits before a special point end on a parallel to the curve, and the kind of their end."""
+) -> SpecialPoint | None:
+    """Return the end of the gaits before a special point on a parallel to the curve."""
     family = search.on_line(place, tangent, BEHIND * step)
     for behind in (BEHIND, BEHIND / 4):
         located = search.first_special(family, point.near, (-behind * step, BEYOND * step))
@@ -94,7 +94,7 @@ def _find_bound(
             continue
         special = located[2]
         same = special.kind is point.special.kind and special.after == point.special.after
-        return None if same else (special.value, special.kind)
+        return None if same else special
     return None
 
 

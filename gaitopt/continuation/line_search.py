@@ -141,4 +141,4 @@ class LineSearch:
             return f"the sequence before the special point becomes '{name_structure(start.sample.structure)}'"
         if special.kind is last.special.kind and special.before == last.special.before:
             return special.value, special, before.z
-        return f"meets {special.kind.label}"
+        return f"meets {special.label}"

@@ -1,5 +1,6 @@
 """Special points of branches: bifurcations, changes of contact sequence, and ends."""
 
+import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -32,7 +33,8 @@ class SpecialKind(Enum):
     JOINT_STOP = "a joint stop is touched: its impact appears or vanishes"
     LIFT_OFF = "the normal force at the foot touches zero"
     ROLL_OVER = "the walker falls before the next touchdown"
-    SCUFFING = "the swing foot touches the ground in the middle of a step, or no longer touches down"
+    SCUFFING = "the swing foot touches the ground in the middle of a step"
+    NO_TOUCHDOWN = "the swing foot does not touch down within the time limit of a step"
     DOUBLE_SUPPORT = "the trailing foot no longer separates at the touchdown"
     PAINLEVE = "slip is no longer well posed"
     STANDING = "the steps become infinitely small"
@@ -41,8 +43,7 @@ class SpecialKind(Enum):
     @property
     def label(self) -> str:
         """Name for tables and figures."""
-        names = {SpecialKind.NEIMARK_SACKER: "Neimark-Sacker", SpecialKind.PAINLEVE: "Painleve paradox"}
-        return names.get(self, self.key.replace("_", " "))
+        return LABELS.get(self, self.key.replace("_", " "))
 
     @property
     def key(self) -> str:
@@ -50,10 +51,19 @@ class SpecialKind(Enum):
         return self.name.lower()
 
 
+LABELS = {
+    SpecialKind.NEIMARK_SACKER: "Neimark-Sacker",
+    SpecialKind.PAINLEVE: "Painleve paradox",
+    SpecialKind.ROLL_OVER: "fall",
+}
+"""Labels of the kinds that differ from their keys."""
+LIMIT_OF_ROLLING = "limit of rolling over"
+"""Label of the end of a branch at which the walker just rolls over its stance foot."""
+
 STOP_KINDS = {
     "lift_off": SpecialKind.LIFT_OFF,
     "fell": SpecialKind.ROLL_OVER,
-    "no_touchdown": SpecialKind.SCUFFING,
+    "no_touchdown": SpecialKind.NO_TOUCHDOWN,
     "double_support": SpecialKind.DOUBLE_SUPPORT,
     "painleve": SpecialKind.PAINLEVE,
     "jam": SpecialKind.PAINLEVE,
@@ -79,7 +89,8 @@ class SpecialPoint:
     multipliers_before, multipliers_after : complex arrays
         Multipliers on both sides; they differ if the return map has a kink.  Empty after an end.
     test : float
-        Value of the test function whose zero is located; nan for changes of structure, which are located by bisection.
+        Value of the test function whose zero is located; nan for changes of structure, which are located by bisection,
+        and at an end by a fall whose kinetic energy is not zero.
     direction : (n,) array or None
         Eigenvector along which a gait of twice the period, or a crossing branch, leaves.
 
@@ -102,6 +113,12 @@ class SpecialPoint:
     multipliers_after: NDArray[np.complex128]
     test: float = float("nan")
     direction: Array | None = None
+
+    @property
+    def label(self) -> str:
+        """Name for tables and figures; it distinguishes the limit of rolling over from other falls."""
+        located = self.kind is SpecialKind.ROLL_OVER and not math.isnan(self.test)
+        return LIMIT_OF_ROLLING if located else self.kind.label
 
     def __str__(self) -> str:
         change = self.before if self.before == self.after else f"{self.before} -> {self.after}"

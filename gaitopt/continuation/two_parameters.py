@@ -153,7 +153,7 @@ class _Plane:
             if isinstance(following, str):
                 meeting = locate_meeting(search, last, tangent, step, FINEST) if step < CLOSE else None
                 if meeting is not None and self._contains(meeting.point.place):
-                    return [*points, meeting.point], f"meets {meeting.kind.label}"
+                    return [*points, meeting.point], f"meets {meeting.other.label}"
                 step /= 4
                 if step < SHORTEST_STEP:
                     return points, following

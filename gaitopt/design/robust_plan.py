@@ -187,8 +187,8 @@ def solve_scenarios(
     scenarios : Scenarios
     law : str, Law or callable
         Name of a controller family, see :func:`gaitopt.tuning.controller_family_named`; ``"feedforward"`` for the
-        planned torques; a law; or a function (robot, motion, torque_limit) that returns a law or a family of laws for a
-        gait.  Gains of a law are tuned between 0 and three times their values.
+        planned torques; a law; or a function (robot, motion, torque_limit) that returns a law or a controller family of
+        a gait.  Gains of a law are tuned between 0 and three times their values.
     torque_limit : float or mapping of actuator to float, optional [N m]
         Limit of the torques under feedback; 1.2 times that of the problem by default.
     search : GainSearchOptions, optional
@@ -298,5 +298,7 @@ def _tune(
     if tuned.search_interrupted or tuned.verified.interrupted:
         raise KeyboardInterrupt
     if not isinstance(tuned.law, Law):
-        raise InputError(f"No gains of the family {family.name!r} define a law for the gait; choose another law.")
+        raise InputError(
+            f"No gains of the controller family {family.name!r} define a law for the gait; choose another law."
+        )
     return tuned, tuned.law

@@ -26,29 +26,31 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MARKERS = {
+MARKERS: dict[str, Any] = {
     "fold": "o",
-    "period_doubling": "D",
-    "neimark_sacker": "s",
-    "branch_point": "P",
-    "drift_reversal": "X",
-    "slip_onset": "^",
-    "impact_cone": "v",
-    "loss_of_stick": "<",
-    "event_coincidence": ">",
-    "joint_stop": "h",
+    "period doubling": "D",
+    "Neimark-Sacker": "s",
+    "branch point": "P",
+    "drift reversal": "X",
+    "slip onset": "^",
+    "impact cone": "v",
+    "loss of stick": "<",
+    "event coincidence": ">",
+    "joint stop": "h",
     "scuffing": "*",
-    "sequence_change": "d",
-    "lift_off": "x",
-    "roll_over": "+",
-    "double_support": "1",
-    "painleve": "2",
+    "sequence change": "d",
+    "lift off": "x",
+    "limit of rolling over": "+",
+    "fall": "|",
+    "no touchdown": (6, 2, 0),
+    "double support": "1",
+    "Painleve paradox": "2",
     "standing": "3",
     "end": "4",
 }
-"""Marker of each kind of special point; those at which branches end consist of lines."""
+"""Marker of each kind of special point, by its label; those at which branches end consist of lines."""
 
-LINES_ONLY = ("x", "+", "1", "2", "3", "4")
+LINES_ONLY = ("x", "+", "|", (6, 2, 0), "1", "2", "3", "4")
 """Markers that have no area."""
 
 MARKER, LEAST_MARKER = 5.0, 2.0
@@ -250,8 +252,7 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
         heights = factor * branch.orbit_of(point)[:, place]
-        key = point.kind.key
-        marker = MARKERS.get(key, "x")
+        marker = MARKERS.get(point.label, "x")
         fill: dict[str, Any] = {} if marker in LINES_ONLY else {"markerfacecolor": "white"}
         axes.plot(
             np.full(heights.size, value),
@@ -262,7 +263,7 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
             color="0.15",
             markeredgewidth=size / MARKER,
             zorder=5,
-            label=point.kind.label,
+            label=point.label,
             **fill,
         )
 

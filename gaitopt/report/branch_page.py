@@ -127,7 +127,7 @@ def _special_table(diagram: BranchDiagram) -> Element | None:
         before, after = map(count_steps, name_sides(point.before, point.after))
         value = show_value(point.value, diagram.unit)
         changed = [after if differ[row - 1] else "the same"] if any(differ) else []
-        rows.append((str(row), str(number), point.kind.label, value, before, *changed))
+        rows.append((str(row), str(number), point.label, value, before, *changed))
     gaits = ("before", "after") if any(differ) else ("sequence",)
     head = ("no.", "branch", "kind", label_quantity(diagram.parameter, diagram.unit), *gaits)
     return table(rows, head, name="Special points") if rows else None

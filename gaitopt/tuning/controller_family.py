@@ -198,7 +198,7 @@ def controller_family_named(
 
         return ControllerFamily(law_name(name), *make_planar_law_family(law_name(name), motion, torque_limit), settings)
     if not isinstance(robot, Robot):
-        raise InputError("The family of laws of a robot with several contacts needs its PlanarGait, not its motion.")
+        raise InputError("The controller family of a robot with several contacts needs its PlanarGait, not its motion.")
     return replace(FAMILIES[law_name(name)](robot, motion, torque_limit), settings=settings)
 
 

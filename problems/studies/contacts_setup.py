@@ -109,4 +109,9 @@ def describe_gaits(table):
             f"{friction:g}" + (f" ({', '.join(values)})" if values else "") for friction, values in places.items()
         ]
         label = "" if other == "friction" else f" ({other.replace('_', ' ')} in parentheses)"
-        yield f"{gait.capitalize()} {reason} at friction {', '.join(listed)}{label}."
+        yield f"{name_gait(gait).capitalize()} {reason} at friction {', '.join(listed)}{label}."
+
+
+def name_gait(gait):
+    """Return the name of a gait in a sentence: a landing has an article."""
+    return f"the {gait}" if gait.endswith("landing") else gait

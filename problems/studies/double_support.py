@@ -22,7 +22,7 @@ friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1
 
 import numpy as np
 from attrs import evolve
-from contacts_setup import check_balance, describe_gaits, describe_work, script_problem, sweep_sequences
+from contacts_setup import check_balance, describe_gaits, describe_work, name_gait, script_problem, sweep_sequences
 from drawing import STYLE, TERMS, stack_terms
 from matplotlib.ticker import FixedLocator, NullFormatter, ScalarFormatter
 from published import OWN
@@ -157,7 +157,7 @@ def _remarks(table):
     for name in GAITS:
         one = table.sel(gait=name, step_length=step, friction=friction)
         cost, work = float(one.objective), describe_work(one)
-        yield f"There, {name} costs {cost:.1f} N^2 m^2 s; the work of its motors is {work}."
+        yield f"There, {name_gait(name)} costs {cost:.1f} N^2 m^2 s; the work of its motors is {work}."
 
 
 if __name__ == "__main__":

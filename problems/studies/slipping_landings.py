@@ -15,7 +15,7 @@ optimum from those at higher friction, so that its saving is uncertain.
 """
 
 import numpy as np
-from contacts_setup import check_balance, describe_gaits, describe_work, script_problem, sweep_sequences
+from contacts_setup import check_balance, describe_gaits, describe_work, name_gait, script_problem, sweep_sequences
 from drawing import STYLE, TERMS, stack_terms
 from published import OWN
 
@@ -114,7 +114,7 @@ def _remarks(table):
         yield f"the largest saving is {saving[most]:.1f} %, at friction {friction[most]:g}."
         for name in LINES:
             one = table.sel(gait=name).isel(friction=most)
-            yield f"there, the work of the motors of the gait with {name} is {describe_work(one)}."
+            yield f"there, the work of the motors of the gait with {name_gait(name)} is {describe_work(one)}."
     yield from describe_gaits(table)
 
 

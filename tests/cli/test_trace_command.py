@@ -107,6 +107,18 @@ def test_the_table_of_special_points_states_a_loss_of_stability_at_a_kink(root):
     assert "lost" in row
 
 
+@pytest.mark.parametrize(("test", "label"), [(0.0, "limit of rolling over"), (math.nan, "fall")])
+def test_a_fall_is_the_limit_of_rolling_over_only_if_its_energy_is_zero(root, test, label):
+    diagram = load_diagram(root / "docs/examples/compass_slope.nc")
+    branch = diagram.branches[0]
+    end = replace(branch.special[0], kind=SpecialKind.ROLL_OVER, after="fell", test=test)
+    with out.console.capture() as capture:
+        print_diagram(replace(diagram, branches=(replace(branch, special=(end,), end="roll_over"),)))
+    branches, _, special = capture.get().partition("special points")
+    assert label in branches
+    assert label in special
+
+
 @pytest.mark.slow
 def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
     result = command("trace", slip_file, "--over", "friction=0.139:0.141", "--json")

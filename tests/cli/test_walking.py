@@ -153,7 +153,9 @@ def test_simulate_under_a_law():
     alone, held = run(*pushed), run(*pushed, "--law", "lqr")
     assert alone.exit_code == 1
     assert held.exit_code == 0, held.output
-    assert "--law is accepted for a saved gait only" in str(run("simulate", WHEEL, "--law", "lqr").exception)
+    message = str(run("simulate", WHEEL, "--law", "lqr").exception)
+    assert "--law is accepted for a saved gait only" in message
+    assert "without optimisation (WalkProblem)" in message
 
 
 def test_run_a_study(tmp_path):

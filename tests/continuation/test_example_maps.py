@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt.continuation.following import BranchFollower
+from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import has_half_period, switch_branch
@@ -231,6 +232,33 @@ def test_a_doubled_branch_joins_the_branch_of_half_its_period_again():
     assert has_half_period(points[-1].orbit, np.ones(1))
     assert not has_half_period(points[len(points) // 2].orbit, np.ones(1))
     assert not has_half_period(np.zeros((3, 1)), np.ones(1))
+
+
+class StoppedFamily(ExampleFamily):
+    """A map that is not defined above 0.5, where a step stops for a given reason."""
+
+    reason = ""
+
+    def evaluate(self, z, value):
+        return MapSample(None, self.reason) if value > 0.5 else super().evaluate(z, value)
+
+
+@pytest.mark.parametrize(
+    ("reason", "key", "label"),
+    [
+        ("no_touchdown", "no_touchdown", "no touchdown"),
+        ("fell", "roll_over", "fall"),  # with kinetic energy: not the limit of rolling over
+        ("lift_off", "lift_off", "lift off"),
+        ("too_many_events", "end", "end"),
+    ],
+)
+def test_the_end_of_a_branch_is_named_by_the_reason_for_which_steps_beyond_it_stop(reason, key, label):
+    family = StoppedFamily(lambda z, a: 0.5 * z + a, 1)
+    family.reason = reason
+    _, (special,), end = follow(family, [0.4], 0.2, (0.2, 1))
+    assert (special.kind.key, special.label, special.after) == (key, label, reason)
+    assert special.value == pytest.approx(0.5, abs=1e-6)
+    assert end == (reason if key == "end" else key)
 
 
 def test_a_sequence_that_exists_only_within_rounding_errors_is_no_change():

@@ -67,6 +67,7 @@ def test_a_branch_ends_where_the_wheel_no_longer_rolls_over():
     branch = trace(wheel, {"slope": (SLOPE, math.radians(1))}).branches[0]
     (end,) = branch.special
     assert (end.kind.key, end.after, branch.end) == ("roll_over", "fell", "roll_over")
+    assert end.label == "limit of rolling over"
     exact = least_slope()
     assert end.value == pytest.approx(exact, abs=1e-12)
     assert abs(end.value - exact) <= end.width + 1e-14

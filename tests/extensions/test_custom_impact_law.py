@@ -27,8 +27,8 @@ class SlipperyImpact(ImpactLaw):
     def excess(self, impulse, friction, outcome, margin):
         return PlasticFrictional().excess(impulse, self.share * friction, outcome, margin)
 
-    def pairs(self, impulse, excess, velocity, friction):
-        return PlasticFrictional().pairs(impulse, excess, velocity, self.share * friction)
+    def pairs(self, impulse, slip_speed, velocity, friction):
+        return PlasticFrictional().pairs(impulse, slip_speed, velocity, self.share * friction)
 
 
 ROBOT = compass_biped().with_contact_model(ContactModel(impact=SlipperyImpact(0.5)))

@@ -66,7 +66,7 @@ def test_a_problem_that_is_feasible_on_the_coarse_grid_alone_is_infeasible(refer
     limits = Limits(torque={"ankle": 6.317, "hip": 6.0})
     gait, iterations = count_iterations(reference_problem(sequence=HIDDEN, friction=0.25, limits=limits, **SMOOTH))
     assert gait.status is Status.INFEASIBLE
-    assert gait.solver.message.startswith("no gait found near the solution on a coarse grid")
+    assert gait.solver.message.startswith("no feasible motion found near the solution on a coarse grid")
     assert gait.solver.conflicts
     assert iterations < 500
 

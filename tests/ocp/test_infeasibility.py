@@ -32,7 +32,7 @@ def weak(reference_problem):
 def test_a_torque_that_is_too_low_is_named_with_one_that_would_do(weak):
     gait = solve(weak)
     assert gait.status is Status.INFEASIBLE
-    assert gait.solver.message.startswith("no gait found near any of 2 starts")
+    assert gait.solver.message.startswith("no feasible motion found near any of 2 initial guesses: ")
     (conflict,) = gait.solver.conflicts
     assert (conflict.name, conflict.setting, conflict.limit) == ("torque limit of ankle", "Limits.torque", 0.3)
     assert conflict.separable
@@ -120,7 +120,7 @@ def test_the_fine_grid_of_an_infeasible_problem_is_never_solved(reference_proble
 def test_no_further_starts_are_solved_once_the_conflict_is_known(weak):
     starts = []
     gait = solve(weak, starts=5, observer=lambda step: starts.append(step.number == 0))
-    assert gait.solver.message.startswith("no gait found near any of 2 starts")
+    assert gait.solver.message.startswith("no feasible motion found near any of 2 initial guesses: ")
     assert sum(starts) < 12  # the first start, two motions of least excess, and a few limits one by one
 
 

@@ -162,7 +162,8 @@ def test_an_infeasible_open_problem_is_concluded_after_its_first_start(reference
     problem = reference_problem(sequence=OPEN, intervals=10, **change)
     gait = solve(problem, observer=steps.append)
     assert gait.status is Status.INFEASIBLE
-    assert gait.solver.message.startswith(f"no gait of any sequence that matches '{OPEN}' found near any of 2 starts")
+    words = f"no feasible motion of any sequence that matches '{OPEN}' found near any of 2 initial guesses: "
+    assert gait.solver.message.startswith(words)
     assert len([step for step in steps if isinstance(step, HomotopyIteration)]) == 1
     (conflict,) = gait.solver.conflicts
     limits = Limits(torque={"ankle": 6, "hip": 6} | {conflict.name.removeprefix("torque limit of "): math.inf})

@@ -41,6 +41,7 @@ def weak_walk(**limits):
 
 def test_an_infeasible_problem_names_the_conflicting_limits(refused):
     assert refused.status is Status.INFEASIBLE
+    assert refused.solver.message.startswith("no feasible motion found near the initial guess: ")
     names = {conflict.name: conflict for conflict in refused.solver.conflicts}
     assert {*names} == {"torque limit of ankle A", "torque limit of hip"}
     for conflict in names.values():

@@ -1,5 +1,6 @@
 """Figures of branches: radii beyond the axis are stated."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -114,17 +115,19 @@ def test_the_lower_panel_shows_a_curve_between_the_gaits(diagram):
 @pytest.mark.parametrize("width", [7.2, 3.5])
 def test_every_kind_of_special_points_has_its_marker(diagram, width):
     first = diagram.branches[0]
-    point, places = first.special[0], np.linspace(0, first.values.size - 1, len(SpecialKind)).astype(int)
+    point = first.special[0]
+    points = [replace(point, kind=kind) for kind in SpecialKind]
+    points.append(replace(point, kind=SpecialKind.ROLL_OVER, test=math.nan))  # a fall with kinetic energy
+    places = np.linspace(0, first.values.size - 1, len(points)).astype(int)
     special = [
-        replace(point, kind=kind, value=float(first.values[k]), z=first.states[k])
-        for kind, k in zip(SpecialKind, places, strict=True)
+        replace(each, value=float(first.values[k]), z=first.states[k]) for each, k in zip(points, places, strict=True)
     ]
     figure = plot_branches(
         replace(diagram, branches=(replace(first, special=tuple(special)),)), style=FigureStyle(width=width)
     )
     (legend,) = figure.legends
     entries = dict(zip((text.get_text() for text in legend.get_texts()), legend.legend_handles, strict=True))
-    markers = [entries[kind.label].get_marker() for kind in SpecialKind]
+    markers = [entries[each.label].get_marker() for each in points]
     assert len(set(markers)) == len(markers)
     check_texts(figure)
 

@@ -1,5 +1,7 @@
 """Feedback on optimised planar gaits: exact closed-loop multipliers, and walks that return to the gait."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -178,6 +180,9 @@ def test_wrong_laws_are_rejected():
     law = PlanarLaw("passive", "foot closes", (passive(robot),))
     with pytest.raises(InputError, match="does not belong to robot 'compass_with_two_feet'"):
         PlanarAutomaton(compass_with_two_feet(), {}, law)
+    with_index = replace(passive(robot), index=0)
+    with pytest.raises(InputError, match="of a robot with several contacts must be a function of the clock without ev"):
+        PlanarLaw("angle", "foot closes", (with_index,))
     with pytest.raises(InputError, match="needs a law for each part of its period, got none"):
         PlanarLaw("nothing", "foot closes", ())
     with pytest.raises(InputError, match=r"gains of shape \(2, 10\), got \(10,\) and \(1, 10\)"):

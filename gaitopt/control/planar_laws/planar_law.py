@@ -80,8 +80,8 @@ class PlanarLaw:
         for part in self.parts:
             if part.memory.events or part.index is not None:
                 raise InputError(
-                    f"The law {self.name!r} of a planar robot must be a function of the clock without events, got "
-                    f"{part.name!r}."
+                    f"The law {self.name!r} of a robot with several contacts must be a function of the clock without "
+                    f"events, got {part.name!r}."
                 )
             if part.memory.values != self.latched:
                 raise InputError(

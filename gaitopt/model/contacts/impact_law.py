@@ -57,7 +57,7 @@ class ImpactLaw(ABC):
 
     @abstractmethod
     def pairs(
-        self, impulse: tuple[Any, Any, Any], excess: Any, velocity: tuple[Any, Any], friction: Any
+        self, impulse: tuple[Any, Any, Any], slip_speed: Any, velocity: tuple[Any, Any], friction: Any
     ) -> tuple[list[Any], list[Any]]:
         """Return the two sides of the complementarity pairs of an open outcome, for symbols or numbers.
 
@@ -65,7 +65,7 @@ class ImpactLaw(ABC):
         ----------
         impulse : (Lambda_n, a, b)
             Normal impulse and both parts of Lambda_t = a - b [N s].
-        excess : scalar
+        slip_speed : scalar
             Slip speed c [m/s].
         velocity : (v_n, v_t)
             Velocity of the landing contact after the impact [m/s].
@@ -143,7 +143,7 @@ class PlasticFrictional(ImpactLaw):
         return ca.vertcat(normal - scaled, normal + scaled)
 
     def pairs(
-        self, impulse: tuple[Any, Any, Any], excess: Any, velocity: tuple[Any, Any], friction: Any
+        self, impulse: tuple[Any, Any, Any], slip_speed: Any, velocity: tuple[Any, Any], friction: Any
     ) -> tuple[list[Any], list[Any]]:
         """Return the four pairs of the law.
 
@@ -154,6 +154,6 @@ class PlasticFrictional(ImpactLaw):
         [0.0, 0.0, 0.0, 0.0]
         """
         (normal, forward, backward), (v_normal, v_tangent) = impulse, velocity
-        left = [normal, forward, backward, excess]
-        right = [v_normal, excess + v_tangent, excess - v_tangent, friction * normal - forward - backward]
+        left = [normal, forward, backward, slip_speed]
+        right = [v_normal, slip_speed + v_tangent, slip_speed - v_tangent, friction * normal - forward - backward]
         return left, right

@@ -67,10 +67,10 @@ def conclude_without_pairs(
         return failure.with_failure(Status.INTERRUPTED, "User_Requested_Stop")
     if isinstance(conflicts, ElasticResult):
         return failure
-    near = f"any of {len(infeasible)} starts" if len(infeasible) > 1 else "the start"
+    near = f"any of {len(infeasible)} initial guesses" if len(infeasible) > 1 else "the initial guess"
     message = (
-        f"no gait of any sequence that matches '{problem.sequence}' found near {near}: the least excess over the "
-        "limits is not zero"
+        f"no feasible motion of any sequence that matches '{problem.sequence}' found near {near}: the smallest "
+        "possible violation of the limits is not zero"
     )
     seconds = time.perf_counter() - started
     return failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=seconds)

@@ -216,8 +216,8 @@ def conclude_planar_failure(
         message = failure.solver.message + _list_insufficient(elastic.insufficient)
         return failure.replace_fields(solver=failure.solver.replace_fields(message=message))
     report = failure.solver.replace_fields(
-        message="no gait found near the start: the least excess over the limits is not zero"
-        + _list_insufficient(elastic.insufficient),
+        message="no feasible motion found near the initial guess: the smallest possible violation of the limits is not "
+        "zero" + _list_insufficient(elastic.insufficient),
         conflicts=conflicts,
         warnings=failure.solver.warnings + report_unarmed_contacts(problem, conflicts),
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,

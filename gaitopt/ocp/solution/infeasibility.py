@@ -126,7 +126,7 @@ class _Search:
             gait = self._try(self._fine_problem(), FromMotion(self._elastic.motion(nearest)))
             if gait is not None:
                 return gait
-        near = f"any of {count} starts" if count > 1 else "the start"
+        near = f"any of {count} initial guesses" if count > 1 else "the initial guess"
         return self._report_conflicts(self._elastic, nearest, near, isolate=isolate)
 
     def _failure_is_coarse(self) -> bool:
@@ -162,7 +162,7 @@ class _Search:
                 return gait
         if self._unsolved:
             return self._report_failure()
-        message = f"no gait found near {near}: the least excess over the limits is not zero"
+        message = f"no feasible motion found near {near}: the smallest possible violation of the limits is not zero"
         return self._failure.with_failure(Status.INFEASIBLE, message, conflicts, seconds=self._seconds())
 
     def _is_decided(self) -> bool:
@@ -230,7 +230,7 @@ class _Search:
         """Return the failure; it is infeasible if the equations of the sequence have no solution without limits."""
         if any(status is not Status.INFEASIBLE for status in self._undecided):
             return self._failure
-        near = f"any of {count} starts" if (count := len(self._undecided)) > 1 else "the start"
+        near = f"any of {count} initial guesses" if (count := len(self._undecided)) > 1 else "the initial guess"
         message = f"no motion with this sequence found near {near}, even without limits"
         return self._failure.with_failure(Status.INFEASIBLE, message, seconds=self._seconds())
 

@@ -126,7 +126,7 @@ def make_source(
         cycle = next(robot.search(engine=chosen), None)
         if law is not None or cycle is None:
             raise InputError(
-                "A walking problem contains its torque; law must be omitted."
+                "A walking problem (PlanarWalkProblem) contains its torque; law must be omitted."
                 if law is not None
                 else "No periodic gait was found that defines the other coordinates of the starts; try another slope, "
                 "friction or state."
