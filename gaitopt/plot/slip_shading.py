@@ -75,8 +75,8 @@ def slip_handles(view: MotionView) -> "list[Patch]":
 
 
 def name_enlargement(axes: "Axes", phase: PhaseView) -> None:
-    """Write above an axes which slip phase it enlarges, where the legend of the panel above leaves space."""
+    """Write above an axes which slip phase it enlarges, in one line: a legend may end just above it."""
     look = look_of(list_slip_modes(phase))
-    text = f"{look.label} enlarged\n{1e3 * phase.duration:.3g} ms"
+    text = f"{look.label}, {1e3 * phase.duration:.3g} ms"
     style: dict[str, Any] = {"color": look.ink, "ha": "right", "va": "bottom"}
     axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **style).set_in_layout(False)
