@@ -55,6 +55,10 @@ tau_c = sqrt((m l^2 + I_c) / (m g l)), and theta_rate the rate of its angle thet
 th1 and th2 are the angles of the stance leg and the swing leg of the compass biped. T is the duration of a step; in
 energy balances, m is the total mass and L the travel per step.
 
+Unless a row or its section states otherwise, the rimless wheel has n = 10, kappa = 1/3 and alpha = 13 deg, and the
+passive compass biped legs of 1.6 m and 4 kg with their centre of mass at 0.8 m, a hip mass of 2 kg, g = 9.8 m/s^2 and
+alpha = 1 deg. Type A and Gait A are those at unlimited friction, Gaits B and C those at mu = 0.14.
+
 The gaits have the names of the paper. Rimless wheel: in Type A the foot sticks throughout; in Type B it sticks at the
 impact and slips within the step; in Type C it slips at the impact, sticks, and slips again; in Type D it slips
 throughout. Passive compass biped: in Gait A the foot sticks throughout; in Gait B it sticks at the impact and slips

@@ -37,7 +37,6 @@ class SpecialKind(Enum):
     NO_TOUCHDOWN = "the swing foot does not touch down within the time limit of a step"
     DOUBLE_SUPPORT = "the trailing foot no longer separates at the touchdown"
     PAINLEVE = "slip is no longer well posed"
-    STANDING = "the steps become infinitely small"
     END = "no gait was found beyond this point"
 
     @property

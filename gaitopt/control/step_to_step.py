@@ -104,7 +104,9 @@ def _require_plain_law(law: Law) -> None:
         fault = "latched values; use a law without them"
     else:
         return
-    raise InputError(f"Step-to-step feedback adds torques in windows of time, but the law {law.name!r} has {fault}.")
+    raise InputError(
+        f"Step-to-step feedback adds torques in intervals of time (windows), but the law {law.name!r} has {fault}."
+    )
 
 
 def _table(law: Law, windows: int, duration: float, numbers: Array) -> Array:

@@ -160,7 +160,10 @@ def step_lqr(
     torque_cost = np.eye(windows * robot.n_u) / weights.torque**2
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
-        raise InputError(f"No step-to-step feedback stabilises this gait with {weights}; try other weights or windows.")
+        raise InputError(
+            f"No step-to-step feedback with {windows} intervals per step (windows) stabilises this gait with "
+            f"{weights}; try other weights or another number of windows."
+        )
     return replace(add_feedback(point.z, gain, torque_limit=torque_limit), name="step_lqr")
 
 

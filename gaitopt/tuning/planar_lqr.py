@@ -137,8 +137,9 @@ def planar_step_lqr(
     gain = discrete_gains(cycle.derivative, cycle.latched_effect, state_cost, np.diag(1 / torques**2))
     if gain is None:
         raise InputError(
-            f"No step-to-step feedback with {windows} windows of {', '.join(actuators)} stabilises the gait "
-            f"'{gait.sequence}' with {weights}; try other weights, windows or actuators."
+            f"No step-to-step feedback of {', '.join(actuators)} with {windows} intervals per period (windows) "
+            f"stabilises the gait '{gait.sequence}' with {weights}; try other weights, another number of windows, or "
+            "other actuators."
         )
     return _add_feedback(gait, law, actuators, np.array([*cycle.state.values()]), gain @ basis.T)
 

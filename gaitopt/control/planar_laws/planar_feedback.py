@@ -163,8 +163,8 @@ def planar_step_to_step(
     """
     if any(part.by_state for part in law.parts):
         raise InputError(
-            f"Step-to-step feedback adds torques in windows of time, but the law {law.name!r} has a phase variable; "
-            "add them to the law of the time, and apply by_phase_variable to the result."
+            f"Step-to-step feedback adds torques in intervals of time (windows), but the law {law.name!r} has a phase "
+            "variable; add them to the law of the time, and apply by_phase_variable to the result."
         )
     state, gains = np.asarray(state, dtype=float), np.asarray(gains, dtype=float)
     names = [f"{actuator}_{window}" for window in range(windows) for actuator in actuators]
