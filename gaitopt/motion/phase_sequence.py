@@ -328,7 +328,7 @@ def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> 
         check_changes(text, number + 1, event.changes, sequence.describe_event(robot, number), (before, after))
     if not event.impact:
         if before == after and len(sequence.phases) > 1:
-            raise SequenceError(f"The sequence {text!r} is not possible: nothing changes after phase {number + 1}.")
+            raise SequenceError(f"The sequence {text!r} is not possible: no mode changes after phase {number + 1}.")
         return
     outcome = sequence.outcome(robot, number)
     if not any(old is Mode.FREE and outcome.mode(name) is not Mode.FREE for name, old in before.modes):
