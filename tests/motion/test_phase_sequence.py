@@ -73,7 +73,7 @@ def test_a_knee_that_the_foot_releases_takes_part_in_the_impact():
         ("foot stick > [foot stick] flight |", "states an outcome .* after '>'"),
         ("toe stick > flight |", "names 'toe', which is not a contact"),
         ("foot latched > flight |", "contact 'foot' in mode 'latched'; accepted: stick, slip\\+, slip-"),
-        ("foot stick > foot stick > flight |", "nothing changes after phase 1"),
+        ("foot stick > foot stick > flight |", "no mode changes after phase 1"),
         ("foot stick | flight |", "no contact closes in the impact after phase 1"),
         (
             "foot stick > flight | [foot slip+]",
