@@ -10,7 +10,7 @@ from gaitopt.motion.animation_frames import AnimationFrame, AnimationFrames
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import ONE_AND_OTHER, MotionView
 from gaitopt.motion.planar_gait import AnyGait
-from gaitopt.motion.printable import show_minus
+from gaitopt.motion.printable import replace_controls, show_minus
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot.style import CONE, FORCE, GROUND, MODE_FILL, MODE_INK, WARNING, leg_color
 
@@ -247,7 +247,8 @@ class Header:
         slope, friction = (film.motion.parameters[name] for name in ("slope", "friction"))
         ground = rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction"
         ground += f", slope {np.rad2deg(slope):.3g}\N{DEGREE SIGN} downhill" if slope else ""
-        figure.text(0.025, 0.03, f"{title}, {ground}" if title else ground, size=9, va="center")
+        name = replace_controls(title).replace("$", r"\$")  # a name of a user is no mathematics
+        figure.text(0.025, 0.03, f"{name}, {ground}" if name else ground, size=9, va="center")
         status = getattr(gait, "status", None)  # a simulated motion has none
         if status is not None and not status.ok:
             verdict = f"NOT A SOLUTION ({status.key})"
