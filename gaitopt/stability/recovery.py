@@ -20,7 +20,7 @@ from gaitopt.simulation.hybrid_automaton import Walker
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.pushed_walk import PushedWalk, make_pushed_walk, push_scale
 from gaitopt.stability.section import Section
-from gaitopt.stability.unreturned_walk import ENDED, classify_unreturned_walk, find_end, summarise_failures
+from gaitopt.stability.unreturned_walk import classify_unreturned_walk, summarise_failures
 
 if TYPE_CHECKING:  # the simulation of robots with several contacts imports scipy
     from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
@@ -262,9 +262,8 @@ def _count_failures(
         if interrupt is not None and interrupt.received:
             return dict(counts), dict(ends), False
         if _count_settling_steps(walk, radius * push, test) is None:
-            reason = classify_unreturned_walk(walk, radius * push, test.steps)
+            reason, stop = classify_unreturned_walk(walk, radius * push, test.steps)
             counts[reason] += 1
-            stop = find_end(walk, radius * push, test.steps) if reason == ENDED else None
             if stop is not None:
                 ends[stop.key] += 1
         if observer is not None:

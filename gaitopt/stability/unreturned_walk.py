@@ -10,8 +10,8 @@ ENDED, LEFT, SLOW = "ended", "left", "slow"
 """The walk ends; its distance from the gait does not decrease; it decreases, but the walk has too few steps."""
 
 
-def classify_unreturned_walk(walk: PushedWalk, push: Array, steps: int) -> str:
-    """Return the reason for which a walk of a number of steps does not return to its gait: ENDED, LEFT or SLOW.
+def classify_unreturned_walk(walk: PushedWalk, push: Array, steps: int) -> tuple[str, Stop | None]:
+    """Return the reason for which a walk of a number of steps does not return: ENDED, LEFT or SLOW; and how it ended.
 
     The distance counts as decreasing if the largest one in the second half of the steps is smaller than the largest
     one in the first half: the distances of an oscillating or sheared deviation do not decrease in every step.
@@ -21,18 +21,18 @@ def classify_unreturned_walk(walk: PushedWalk, push: Array, steps: int) -> str:
     >>> from types import SimpleNamespace
     >>> halving = SimpleNamespace(begin=float, take_step=lambda state: state / 2, distance=abs)
     >>> classify_unreturned_walk(halving, 1.0, 4)
-    'slow'
+    ('slow', None)
     """
     state, distances = walk.begin(push), list[float]()
     for _ in range(steps):
-        state = walk.take_step(state)
-        if state is None:
-            return ENDED
+        following = walk.take_step(state)
+        if following is None:
+            return ENDED, walk.find_stop(state)
+        state = following
         distances.append(walk.distance(state))
     half = steps // 2
-    if half == 0:  # one distance has no trend
-        return SLOW
-    return SLOW if max(distances[half:]) < max(distances[:half]) else LEFT
+    slow = half == 0 or max(distances[half:]) < max(distances[:half])  # one distance has no trend
+    return SLOW if slow else LEFT, None
 
 
 def summarise_failures(counts: Mapping[str, int]) -> str:
@@ -46,22 +46,3 @@ def summarise_failures(counts: Mapping[str, int]) -> str:
     if counts.get(ENDED) or counts.get(LEFT):
         return ENDED if counts.get(ENDED, 0) >= counts.get(LEFT, 0) else LEFT
     return SLOW if counts.get(SLOW) else ""
-
-
-def find_end(walk: PushedWalk, push: Array, steps: int) -> Stop | None:
-    """Return the reason why a walk of a number of steps ends; None if it is completed.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> falling = SimpleNamespace(begin=float, take_step=lambda state: None, find_stop=lambda state: Stop.FELL)
-    >>> find_end(falling, 1.0, 4)
-    <Stop.FELL: 'The walker fell.'>
-    """
-    state = walk.begin(push)
-    for _ in range(steps):
-        following = walk.take_step(state)
-        if following is None:
-            return walk.find_stop(state)
-        state = following
-    return None

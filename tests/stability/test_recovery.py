@@ -119,7 +119,9 @@ def test_walks_that_end_leave_or_need_more_steps_are_distinguished(factor, limit
         return factor * state if abs(state) <= limit else None
 
     walk = SimpleNamespace(begin=lambda push: push[0], take_step=take_step, distance=abs)
-    assert classify_unreturned_walk(walk, np.array([0.5]), 30) == failure
+    walk.find_stop = lambda state: Stop.FELL if abs(state) > limit else None
+    expected = failure, Stop.FELL if failure == "ended" else None
+    assert classify_unreturned_walk(walk, np.array([0.5]), 30) == expected
 
 
 def test_a_walk_that_needs_more_steps_returns_within_them(open_loop):
