@@ -20,13 +20,7 @@ PARAMETERS = (
     Parameter("leg_mass", 5.0, "kg", "mass of a leg", lower=0.0, lower_open=True),
     Parameter("leg_length", 1.0, "m", "length of a leg", lower=0.0, lower_open=True),
     Parameter("leg_com", 0.5, "m", "distance of a leg's mass from its foot", lower=0.0, at_most="leg_length"),
-    Parameter(
-        "clearance_angle",
-        1e-3,
-        "rad",
-        "threshold of `armed`: least angle between the legs at which a foot can land",
-        lower=0.0,
-    ),
+    Parameter("clearance_angle", 1e-3, "rad", "least angle between the legs at which a foot can land", lower=0.0),
     Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 

@@ -16,13 +16,7 @@ from gaitopt.parameters import Parameter
 
 PARAMETERS = (
     *COMPASS,
-    Parameter(
-        "clearance_angle",
-        1e-3,
-        "rad",
-        "threshold of `armed`: least angle between the legs at which a foot can land",
-        lower=0.0,
-    ),
+    Parameter("clearance_angle", 1e-3, "rad", "least angle between the legs at which a foot can land", lower=0.0),
 )
 
 

@@ -26,13 +26,7 @@ PARAMETERS = (
     Parameter("ankle_height", 0.08, "m", "height of the ankle above the sole", lower=0.0),
     Parameter("heel_length", 0.06, "m", "distance of the heel behind the ankle", lower=0.0),
     Parameter("toe_length", 0.16, "m", "distance of the toe ahead of the ankle", lower=0.0, lower_open=True),
-    Parameter(
-        "clearance_angle",
-        1e-3,
-        "rad",
-        "threshold of `armed`: least angle between the legs at which a foot can land",
-        lower=0.0,
-    ),
+    Parameter("clearance_angle", 1e-3, "rad", "least angle between the legs at which a foot can land", lower=0.0),
     Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 

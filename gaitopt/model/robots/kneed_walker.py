@@ -22,13 +22,7 @@ PARAMETERS = (
     Parameter("shank_length", 0.5, "m", "length of a shank", lower=0.0, lower_open=True),
     Parameter("thigh_com", 0.325, "m", "distance of the thigh's mass from the hip", lower=0.0, at_most="thigh_length"),
     Parameter("shank_com", 0.125, "m", "distance of the shank's mass from the knee", lower=0.0, at_most="shank_length"),
-    Parameter(
-        "clearance_angle",
-        1e-3,
-        "rad",
-        "threshold of `armed`: least angle between the legs at which a foot can land",
-        lower=0.0,
-    ),
+    Parameter("clearance_angle", 1e-3, "rad", "least angle between the legs at which a foot can land", lower=0.0),
     Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 

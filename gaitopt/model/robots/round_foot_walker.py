@@ -22,13 +22,7 @@ PARAMETERS = (
     ),
     Parameter("leg_com", 0.5, "m", "distance of the leg's centre of mass from the hip", lower=0.0),
     Parameter("foot_radius", 0.2, "m", "radius of a foot", lower=0.0),
-    Parameter(
-        "clearance_angle",
-        1e-3,
-        "rad",
-        "threshold of `armed`: least angle between the legs at which a foot can land",
-        lower=0.0,
-    ),
+    Parameter("clearance_angle", 1e-3, "rad", "least angle between the legs at which a foot can land", lower=0.0),
     Parameter("gravity", 1.0, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True),
 )
 
