@@ -195,7 +195,11 @@ def _trace_request(
     walk, axis, start = _trace_inputs(request, over, hidden=hidden)
     other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
     options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
+    if start is not None and not start.stable and not hidden:
+        err.print(f"The saved gait is unstable (spectral radius {start.radius:.4g}).", soft_wrap=True)
     diagram = _trace(walk, axis, start, options, display)
+    if start is None and not all(branch.stable[0] for branch in diagram.branches[:1]) and not hidden:
+        err.print("The trace begins with an unstable gait; more --starts may find a stable one.", soft_wrap=True)
     if other is None or not diagram.complete:
         return diagram
     return _trace_curves(walk, diagram, other, options, display)

@@ -41,7 +41,7 @@ class Scenario:
 
     def __str__(self) -> str:
         parts = [f"{name} {value:.4g}" for name, value in self.parameters.items()]
-        parts += [] if self.push is None else [f"push {self.push + 1}"]
+        parts += [] if self.push is None else [f"push no. {self.push + 1}"]
         return ", ".join(parts) or "the plan without changes"
 
 

@@ -323,7 +323,9 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
     scenarios += [f"pushes up to {plan['push']:g} rad/s"] if plan["push"] else []
     reached = f"{plan['survived']} of {plan['candidates']} candidate scenarios survived under {plan['law']}"
     if tested := plan.get("unseen"):  # a file of an earlier version has no test
-        reached += f", {tested['survived']} of {tested['scenarios']} unseen ones"
+        survived = plan["survived"] == plan["candidates"], tested["survived"] == tested["scenarios"]
+        verdict = "robust" if all(survived) else "not fully robust" if survived[0] else "not robust"
+        reached = f"{verdict}: {reached}, {tested['survived']} of {tested['scenarios']} unseen ones"
     facts: Facts = [
         ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
         ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),
