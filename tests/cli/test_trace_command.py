@@ -174,19 +174,10 @@ def test_a_range_without_a_gait_at_its_begin_ends_with_status_1(command, root):
 
 def test_a_trace_that_begins_with_an_unstable_gait_states_this(command, root):
     """The period doubling of the compass of Goswami et al. is at a slope of 4.39 deg."""
-    compass, message = root / "problems/compass_passive.py", "The trace begins with an unstable gait"
+    options = root / PASSIVE, *GOSWAMI, "--set", "friction=inf", "--starts", "3"
+    message = "The trace begins with an unstable gait"
     unstable, stable = (
-        command(
-            "trace",
-            compass,
-            *GOSWAMI,
-            "--set",
-            "friction=inf",
-            "--starts",
-            "3",
-            "--over",
-            f"slope={begin}:{begin + 0.002}",
-        )
+        command("trace", *options, "--over", f"slope={begin}:{begin + 0.002}")
         for begin in (4.6, 4.2)
     )
     assert (unstable.status, stable.status) == (0, 0)
