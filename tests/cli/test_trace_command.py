@@ -176,10 +176,7 @@ def test_a_trace_that_begins_with_an_unstable_gait_states_this(command, root):
     """The period doubling of the compass of Goswami et al. is at a slope of 4.39 deg."""
     options = root / PASSIVE, *GOSWAMI, "--set", "friction=inf", "--starts", "3"
     message = "The trace begins with an unstable gait"
-    unstable, stable = (
-        command("trace", *options, "--over", f"slope={begin}:{begin + 0.002}")
-        for begin in (4.6, 4.2)
-    )
+    unstable, stable = (command("trace", *options, "--over", f"slope={begin}:{begin + 0.002}") for begin in (4.6, 4.2))
     assert (unstable.status, stable.status) == (0, 0)
     assert message in unstable.err
     assert message not in stable.err
