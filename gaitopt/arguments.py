@@ -102,7 +102,7 @@ def check_record(target: F) -> F:
 
     Examples
     --------
-    >>> from dataclasses import dataclass
+    >>> from gaitopt.dataclass import dataclass
     >>> @check_record
     ... @dataclass
     ... class Length:

@@ -1,9 +1,10 @@
 """Fields of dataclasses that are evaluated when they are first read."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any, Generic, Self, TypeVar, overload
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import ONE_AT_A_TIME
 
 T = TypeVar("T")

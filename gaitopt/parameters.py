@@ -3,7 +3,6 @@
 import functools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from numbers import Real
 from types import UnionType
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.arguments import check_record, is_masked
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 
 __all__ = ["Parameter"]

@@ -10,11 +10,11 @@ tasks.  :class:`ProgressLine` is an observer for notebooks and terminals.
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Self, TextIO
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 __all__ = ["HomotopyIteration", "Iteration", "ProgressLine", "TuningStep", "VerificationStep"]

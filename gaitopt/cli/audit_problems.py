@@ -1,13 +1,13 @@
 """Random problems of an audit: installed problem scripts with random settings."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gaitopt.cli.installed_scripts import find_scripts_folder
+from gaitopt.dataclass import dataclass
 
 Range = tuple[float, float]
 

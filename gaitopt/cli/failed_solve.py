@@ -1,11 +1,11 @@
 """Files of failed solves: written by `gaitopt solve` without a result, and solved again by it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.output import out
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import GAIT_SUFFIXES
 from gaitopt.ocp.problem import GaitProblem

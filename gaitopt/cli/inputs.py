@@ -3,7 +3,6 @@
 import functools
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from gaitopt.cli.script import (
     require_walking,
 )
 from gaitopt.control.law import Law, feedforward, passive
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait

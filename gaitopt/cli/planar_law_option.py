@@ -1,10 +1,11 @@
 """The control law of a command on a robot with several contacts."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gaitopt.cli.settings import read_numbers
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.tuning.law_script import split_script_law
 

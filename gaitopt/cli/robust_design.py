@@ -1,7 +1,7 @@
 """Design of a robust gait: its plan, its test in unseen scenarios, and its files."""
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import typer
 
 from gaitopt.cli.output import out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import traceback
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
 from gaitopt.cli.walk_script import name_walk_commands
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem

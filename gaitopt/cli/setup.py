@@ -4,7 +4,6 @@ import platform
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,6 +14,7 @@ from gaitopt.cli.installed_scripts import SCRIPT_OF_ROBOT, read_scripts, script_
 from gaitopt.cli.options import Json, Quiet, Verbose
 from gaitopt.cli.output import out, print_json, print_reason, report_file, verdict_text
 from gaitopt.cli.robot_script import include_robot
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 PARTS = (

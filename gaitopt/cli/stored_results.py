@@ -2,9 +2,9 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.printable import format_count
 
 QUESTION, SUFFIX = "question.json", ".checkpoint"

@@ -1,9 +1,9 @@
 """Simulated walks as files: trajectories, a figure or an animation."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.view_motion import AnyMotion
 
 if TYPE_CHECKING:

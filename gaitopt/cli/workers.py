@@ -3,9 +3,9 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from gaitopt.continuation.parameter_values import gains_of, set_gains
 from gaitopt.continuation.special_point import SpecialKind, classify_change, read_structure
 from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.law import Law
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.contacts.mode import Mode

@@ -3,7 +3,7 @@
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from gaitopt.continuation.parameter_values import check_range, gains_of, set_gai
 from gaitopt.continuation.planar_family import PlanarFamily, make_planar_family
 from gaitopt.control.law import Law, passive
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.view_motion import AnyMotion

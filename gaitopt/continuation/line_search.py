@@ -1,6 +1,6 @@
 """Special points on lines in the plane of two parameters."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import attrs
 import numpy as np
@@ -11,6 +11,7 @@ from gaitopt.continuation.gait_source import AnyFamily
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 REACHES = (0.2, 0.05, 0.8, 3.0, 12.0)

@@ -1,7 +1,7 @@
 """Periodic gaits of a planar robot with any contacts over a parameter, as a family of return maps."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import casadi as ca
@@ -15,6 +15,7 @@ from gaitopt.continuation.planar_chart import ChartAt, PlanarChart
 from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.continuation.value_slope import differentiate_by_value
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -6,7 +6,6 @@ its tangent t by a step; the corrector solves F = 0 and t . (x - x_predicted) = 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from attrs import field, frozen
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.checkpoint import Checkpoint, Correction
 from gaitopt.continuation.map_family import MapFamily, MapSample
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 from gaitopt.reductions import worst

@@ -1,11 +1,11 @@
 """Curves of special points in the plane of two parameters, as plain arrays."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gaitopt.continuation.special_point import SpecialKind
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 

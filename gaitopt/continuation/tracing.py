@@ -1,7 +1,7 @@
 """trace: branches of periodic gaits over a parameter, through folds, doublings and changes of contact sequence."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import attrs
 import numpy as np
@@ -22,6 +22,7 @@ from gaitopt.continuation.gait_source import (
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
 from gaitopt.continuation.switching import has_half_period, switch_branch
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine

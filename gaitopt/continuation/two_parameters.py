@@ -7,7 +7,7 @@ codimension two at which a curve ends or turns sharply are located in :mod:`gait
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from gaitopt.continuation.parameter_values import unit_of
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.continuation.tracing import TraceOptions
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 

@@ -1,9 +1,8 @@
 """Position of a matrix of feedback gains in the table of a law."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 

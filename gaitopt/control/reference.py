@@ -1,12 +1,12 @@
 """Reference of a feedback law: one step of a motion as piecewise polynomials of the clock."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law, check_names
+from gaitopt.dataclass import dataclass
 from gaitopt.model.coordinate_entries import SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, Segment

@@ -1,12 +1,12 @@
 """Family: several gait problems whose free parameters, torques or gains have the same values in all gaits."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.design.shared_quantities import check_shared_quantities
 from gaitopt.errors import InputError
 from gaitopt.ocp.nlp.ipopt import Ipopt

@@ -1,9 +1,9 @@
 """Gaits of a solved family."""
 
-from dataclasses import dataclass
 from typing import Any
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
 from gaitopt.status import Status

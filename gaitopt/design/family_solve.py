@@ -4,11 +4,12 @@ import math
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from attrs import evolve
 
+from gaitopt.dataclass import dataclass
 from gaitopt.design.family import Family
 from gaitopt.design.family_gaits import FamilyGaits
 from gaitopt.design.shared_quantities import list_shared_unknowns

@@ -1,11 +1,12 @@
 """Robust plans: one gait and one law for all scenarios, found by adding the most violated scenario."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.dataclass import dataclass
 from gaitopt.design.law_choice import LawChoice, check_law_choice, make_family
 from gaitopt.design.scenario_test import ScenarioSimulator, ScenarioTest, Walk, walk_scenarios, worst_walk
 from gaitopt.design.scenarios import Scenario, Scenarios

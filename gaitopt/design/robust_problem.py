@@ -1,8 +1,7 @@
 """RobustProblem: a gait problem, the scenarios that its gait must survive, and the law of the walks."""
 
-from dataclasses import dataclass
-
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.design.law_choice import LawChoice, check_law_choice
 from gaitopt.design.robust_plan import RobustPlan, solve_scenarios
 from gaitopt.design.scenarios import Scenarios

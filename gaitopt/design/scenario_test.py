@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.dataclass import dataclass
 from gaitopt.design.scenarios import Scenario, Scenarios
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.gait import Gait

@@ -3,13 +3,14 @@
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import attrs
 import numpy as np
 
 from gaitopt.arguments import check_arguments, check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.parameters import number_within, positive, whole_number

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
@@ -10,6 +9,7 @@ import casadi as ca
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.export.c_controller import (
     controller_header,

@@ -2,12 +2,13 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.arguments import check_arguments, check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import Deferred
 from gaitopt.locks import ONE_AT_A_TIME, one_at_a_time
@@ -31,8 +32,7 @@ class StepEnd:
     touchdown, armed : SX
         The step ends when `touchdown` falls through zero while `armed` > 0; only `armed` may depend on the rates `c.v`.
     exchange : sequence of SX, optional
-        The angles of the next step as functions of the angles at touchdown (linear, invertible): the exchange of the
-        legs.  None is the identity.
+        The angles of the next step as functions of those at touchdown (linear, invertible).  None is the identity.
     upright : SX
         Positive while the walker stands.
 

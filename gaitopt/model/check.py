@@ -1,11 +1,12 @@
 """Checks of a robot: energy and momentum balances, leg exchange and touchdown guard."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode

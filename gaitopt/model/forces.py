@@ -1,10 +1,9 @@
 """Forces of a robot besides gravity, contacts and actuators: springs, dampers, potentials and rotor inertia."""
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 
 
 @check_record

@@ -3,7 +3,8 @@
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from gaitopt.dataclass import dataclass
 
 GREEK = ("alpha", "beta", "gamma", "delta", "theta", "phi", "psi", "omega")
 

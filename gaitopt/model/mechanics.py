@@ -5,12 +5,12 @@ W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring

@@ -1,9 +1,9 @@
 """Physical quantities of a robot at a few states, as plain data."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from gaitopt.dataclass import dataclass
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,10 @@ import math
 import weakref
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError
 from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.parameters import Parameter

@@ -3,10 +3,10 @@
 import functools
 import math
 import weakref
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.fast_call import FastCall
 from gaitopt.model.robot import Robot

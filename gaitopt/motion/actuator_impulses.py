@@ -1,11 +1,11 @@
 """Impulses of actuators at an impact: their reactions at the contacts, and the work that they generate and absorb."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.motion import Array
 

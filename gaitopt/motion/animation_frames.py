@@ -1,9 +1,8 @@
 """Frames of an animation of a periodic step: the instant and the state that each frame shows."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import PhaseView

@@ -1,7 +1,6 @@
 """Certificate of an optimum: second-order conditions, nearest constraints, and sensitivities of the cost."""
 
-from dataclasses import dataclass
-
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 
 VERDICTS = {

@@ -2,12 +2,12 @@
 
 import csv
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError, InputError, describe_missing_file
 from gaitopt.motion.motion import Array
 

@@ -1,7 +1,8 @@
 """Conflicting limits of a gait problem."""
 
 import math
-from dataclasses import dataclass
+
+from gaitopt.dataclass import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

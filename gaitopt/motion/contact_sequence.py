@@ -7,9 +7,9 @@ for ``"slip+ stick | any"`` :func:`gaitopt.solve` determines the impact, for ``"
 
 import functools
 import re
-from dataclasses import dataclass
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SequenceError
 from gaitopt.model.contacts.mode import Mode, suggest_mode
 

@@ -1,10 +1,11 @@
 """Gaps, slide coordinates and rims of all contacts of a planar robot over time."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gaitopt.dataclass import dataclass
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot

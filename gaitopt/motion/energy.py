@@ -1,13 +1,14 @@
 """The energy ledger of a motion and the cost of transport."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.reductions import worst
 

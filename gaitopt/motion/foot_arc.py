@@ -1,9 +1,8 @@
 """Round feet as they are drawn: the part of the rim that rolls on the ground, and marks that show how it turns."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array, Segment
 from gaitopt.motion.motion_view import PhaseView

@@ -1,10 +1,11 @@
 """Gait: one optimised step with its problem, the report of the solver and its verification by replay."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, join_reasons
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.motion.certificate import Certificate

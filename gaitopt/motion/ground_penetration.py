@@ -1,12 +1,12 @@
 """Contacts that are below the ground while they are armed, and touchdowns from below."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array

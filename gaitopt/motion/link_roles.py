@@ -1,11 +1,11 @@
 """Roles of the links of a walker (stance leg, swing leg, body), and the rotation of drawings by the slope."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.coordinate_entries import CONTACT
 from gaitopt.motion.motion import Array, Motion, are_finite
 

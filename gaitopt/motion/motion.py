@@ -1,10 +1,11 @@
 """Motion: the trajectories of an optimised gait or a simulated walk, as plain arrays."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, SLIDE
 from gaitopt.model.ground_frame import NEXT_INCLINE, place_on_plane

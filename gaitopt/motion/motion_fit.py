@@ -1,11 +1,11 @@
 """Fit of recorded samples by smooth curves, and its report."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 

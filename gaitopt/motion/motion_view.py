@@ -1,10 +1,11 @@
 """A motion as figures, animations, reports and tables read it, for robots with any contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.terrain import Terrain

@@ -1,8 +1,9 @@
 """Solution of an NLP as named tables, for warm starts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 

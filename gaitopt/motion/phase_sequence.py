@@ -21,11 +21,12 @@ sequence stands for several closed ones, which ``solve_planar`` and ``search`` s
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode, suggest_mode

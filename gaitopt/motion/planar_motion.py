@@ -1,11 +1,11 @@
 """Motion of a planar robot with any contacts: segments between events, with the force of each contact."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.model.contacts.contact_state import ContactState

@@ -1,7 +1,6 @@
 """Proposal of a contact sequence, for a problem with an open one."""
 
-from dataclasses import dataclass
-
+from gaitopt.dataclass import dataclass
 from gaitopt.progress import HomotopyIteration
 
 

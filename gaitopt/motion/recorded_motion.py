@@ -1,13 +1,14 @@
 """read_motion: a motion of another program, or a few postures, as an initial guess or a reference to track."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import ANGLES, full_coordinates

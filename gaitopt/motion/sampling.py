@@ -1,9 +1,8 @@
 """Segments and jumps from states: the quantities that the Functions of the robot return for (t, q, v, torque)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP

@@ -1,9 +1,8 @@
 """Impulses of actuators in animations: where and how long each is shown, and with which arrows and text."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.animation_frames import TOUCHDOWN_SHOWN, AnimationFrames
 from gaitopt.motion.force_scale import WEIGHT_DRAWN
 from gaitopt.motion.motion import Array

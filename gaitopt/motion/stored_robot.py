@@ -1,9 +1,9 @@
 """The robot of a gait that was read from a file, restored when it is first used."""
 
 import functools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model.physics_samples import PhysicsSamples

@@ -1,13 +1,13 @@
 """Touchdowns that rounding errors decide: of contacts that graze the ground, or are armed as they pass through it."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.ground_penetration import SampledPart, list_parts, list_swings, sample_part
 from gaitopt.motion.motion import Array

@@ -3,13 +3,14 @@
 import copy
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import attrs
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.model.robot_type import check_robot_type

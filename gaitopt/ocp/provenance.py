@@ -2,8 +2,9 @@
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from gaitopt.dataclass import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,9 @@ import contextlib
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, BrokenExecutor, Future, wait
-from dataclasses import dataclass
 from typing import Any, Protocol
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import InterruptRecord, defer_interrupt, hold_interrupt, record_interrupts
 from gaitopt.parallel.execution import ActiveObserver, Execution, TaskObserver
 from gaitopt.parallel.executors import POLL_INTERVAL, ExternalExecutor, LocalProcesses, TaskExecutor

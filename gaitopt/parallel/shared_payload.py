@@ -6,11 +6,11 @@ import pickle
 import shutil
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.address_space import check_imports
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError
 
 if TYPE_CHECKING:

@@ -3,10 +3,10 @@
 import heapq
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from graphlib import TopologicalSorter
 from typing import Any
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 

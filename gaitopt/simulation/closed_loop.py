@@ -5,13 +5,14 @@ Function once per robot, contact mode and form of law.
 """
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.control.law import Law
 from gaitopt.control.signature import torque_in_state
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.event import FALL, TOUCHDOWN, HybridEvent, law_event, law_switch
 from gaitopt.model.contacts.mode import Mode

@@ -1,12 +1,13 @@
 """simulate: event-driven simulation of walking, with the contact mode determined exactly after every event."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, passive
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import EventKind
 from gaitopt.model.contacts.impact import Impact

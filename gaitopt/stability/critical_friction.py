@@ -1,10 +1,10 @@
 """Critical friction of gaits that do not slip."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array

@@ -1,11 +1,12 @@
 """Periodic gaits of a walker: state, contact sequence, multipliers, energy and critical friction."""
 
 import textwrap
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred, LazyField, LazyRecord
 from gaitopt.model.contacts.mode import Mode

@@ -7,10 +7,10 @@ which does not depend on the scaling of F (natural monotonicity test, Deuflhard 
 """
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 from gaitopt.stability.deflation import Deflation

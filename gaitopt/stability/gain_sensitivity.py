@@ -1,7 +1,7 @@
 """Sensitivity of a periodic gait and its multipliers to the gains of its law."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
 from gaitopt.control.signature import control_function, inputs_of, make_memory
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array

@@ -3,14 +3,15 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from dataclasses import field as entry
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import InterruptRecord
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array

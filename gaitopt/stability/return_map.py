@@ -1,7 +1,6 @@
 """Return maps on a section after touchdown, with exact derivatives."""
 
-from dataclasses import dataclass
-
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep
 from gaitopt.stability.fall_prediction import FallPrediction

@@ -2,11 +2,11 @@
 
 import functools
 import threading
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.coordinate_entries import angle_entry

@@ -1,10 +1,11 @@
 """Walking problems: a robot on a slope whose periodic gaits are computed, not optimised."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from gaitopt.arguments import check_record
 from gaitopt.control.law import Law
+from gaitopt.dataclass import dataclass
 from gaitopt.model.robot import Robot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.contact_sequence import ContactSequence

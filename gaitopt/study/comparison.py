@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.energy import absolute_work
 from gaitopt.motion.gait import Gait, check_gait

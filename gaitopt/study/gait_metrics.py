@@ -1,11 +1,11 @@
 """Metrics of a gait: names, units and meanings, the same in every table and file."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
 

@@ -1,7 +1,7 @@
 """Imitation gaits: the joint angles of a passive gait, reproduced by actuators on other ground."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.inverse_dynamics import prescribed_angles
 from gaitopt.control.law import Law, passive
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence

@@ -1,10 +1,10 @@
 """Metrics of the gaits of robots with several contacts: scalars, and numbers by contact."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 

@@ -1,9 +1,10 @@
 """Reproductions: the figure of a study and its numbers, compared with published values."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

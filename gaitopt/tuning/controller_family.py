@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments, check_record
@@ -13,6 +13,7 @@ from gaitopt.control.phase_variable import by_stance_angle
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.push_off import push_off
 from gaitopt.control.torque_saturation import UNLIMITED, limit_torque, torque_limits
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot

@@ -1,9 +1,9 @@
 """Gains of a controller family with their bounds."""
 
 import math
-from dataclasses import dataclass
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 

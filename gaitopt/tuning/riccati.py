@@ -1,10 +1,10 @@
 """Riccati equations of a step with its events, and of a return map."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 PERIODICITY_TOLERANCE = 1e-10

@@ -1,12 +1,12 @@
 """Objectives of feedback tuning."""
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 

@@ -3,11 +3,10 @@
 Run it with ``gaitopt solve NAME.py``; change any keyword of problem() with ``--set friction=0.2 --set speed=0.5:0.7``.
 """
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from gaitopt import GaitProblem, Limits, Objective, compass_biped
+from gaitopt.dataclass import dataclass
 from gaitopt.ocp import transcription_named
 
 

@@ -6,13 +6,13 @@ multiplier or of the slack of one constraint.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy  # which imports its parts when they are used
 
 from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktLinearisation, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.reductions import worst
 

@@ -8,7 +8,6 @@ parameter s:
 Unknowns at an active bound move with it.  Constraints are counted in one vector, the unknowns first, then the rows.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ import scipy  # which imports its parts when they are used
 from numpy.typing import NDArray
 
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.optimality_system import SOFT, DataSlopes, OptimalityFactors, OptimalityValues

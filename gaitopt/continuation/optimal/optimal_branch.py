@@ -1,12 +1,13 @@
 """Branches of optimal gaits over a parameter, as plain arrays."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.motion.summary import plain
 

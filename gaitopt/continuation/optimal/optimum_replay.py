@@ -2,7 +2,6 @@
 
 import functools
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
 from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.control.law import Law, feedforward_samples
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import full_coordinates

@@ -1,9 +1,10 @@
 """The NLP of a gait problem on a fixed grid as a function of one parameter, target or limit of the problem."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.bounds import bounds, nlp_data, structure

@@ -1,12 +1,12 @@
 """Points and special points of a curve of optima, and the options of its continuation."""
 
-from dataclasses import dataclass
 from enum import Enum
 
 import attrs
 
 from gaitopt.arguments import check_arguments
 from gaitopt.continuation.optimal.kkt_point import KktLinearisation
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.parameters import positive, whole_number
 

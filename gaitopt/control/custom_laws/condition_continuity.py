@@ -1,7 +1,6 @@
 """Continuity of a torque whose conditions depend on the state, verified at the boundaries of the conditions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -9,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.control.signature import INPUTS
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 Vector = NDArray[np.float64]

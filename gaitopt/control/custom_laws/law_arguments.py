@@ -1,10 +1,10 @@
 """Arguments of a custom law's function: the state of the robot and its plan, with named entries."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_motion import PlanarMotion

@@ -3,7 +3,6 @@
 import functools
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import casadi as ca
@@ -18,6 +17,7 @@ from gaitopt.control.planar_laws.planar_reference import PlanarReference, plan_i
 from gaitopt.control.reference import Reference, reference
 from gaitopt.control.signature import LawInputs, control_function, law_inputs
 from gaitopt.control.torque_saturation import limit_torque, torque_limits
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -1,10 +1,11 @@
 """PlanarLaw: the control law of a periodic motion with impacts, one law for each part between two of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 from gaitopt.control.law import Law
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.actuator_impulses import EventImpulses
 

@@ -1,13 +1,13 @@
 """Reference of a planar gait's feedback: the planned motion as piecewise polynomials of the clock."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.control.planar_laws.planar_law import PlannedImpulses
 from gaitopt.control.reference import polynomial, quintic
+from gaitopt.dataclass import dataclass
 from gaitopt.model.planar.phase_system import make_phase_system
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.actuator_impulses import EventImpulses

@@ -1,12 +1,12 @@
 """Closed contacts as rows of numbers, and their arrangement into groups with a common tangential force."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 REST_SPEED = 1e-12

@@ -6,11 +6,11 @@ turned clockwise by phi about its centre c has n = c_y - r and t = c_x - r phi, 
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 
 

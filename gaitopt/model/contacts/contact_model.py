@@ -1,7 +1,8 @@
 """The contact model of a robot: its transitions and its impact law."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.event import HybridEvent
 from gaitopt.model.contacts.impact_law import ImpactLaw, PlasticFrictional

@@ -1,9 +1,9 @@
 """The contact state of a robot: the mode of each of its contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
 

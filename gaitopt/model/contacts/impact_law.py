@@ -7,12 +7,12 @@ outcome as an expression of the state.
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 
 ROUNDING = 1e-12

@@ -1,13 +1,13 @@
 """Choice of the contact modes of a robot in a state: free, stick or slip at each of its closed contacts."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction, coefficients_of
 from gaitopt.model.contacts.contact_motions import find_motions

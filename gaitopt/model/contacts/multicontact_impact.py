@@ -1,11 +1,11 @@
 """Plastic frictional impact of all closed and closing contacts of a robot together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.closed_contact import ClosedContact, Friction
 from gaitopt.model.contacts.contact_motions import find_motions

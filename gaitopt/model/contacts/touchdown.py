@@ -1,10 +1,10 @@
 """Touchdown: the transition that ends a step, at which the landing foot becomes the stance foot."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.event import TOUCHDOWN, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.transition import Condition, ContactQuantities, NodeCondition, slip_from_rest

@@ -5,13 +5,13 @@ places it at a node.  The simulator, the linearisation and the transcription use
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.event import LIFT_OFF, PAINLEVE, REST, EventKind, HybridEvent
 from gaitopt.model.contacts.mode import Mode
 

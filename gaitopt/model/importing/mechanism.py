@@ -1,12 +1,12 @@
 """The bodies and joints of a URDF or MJCF file in its zero pose, as plain data; MuJoCo reads the file."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, describe_missing_file
 
 Vector = NDArray[np.float64]

@@ -1,8 +1,9 @@
 """Contacts of planar robots as plain data."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from gaitopt.dataclass import dataclass
 
 METRE, RADIAN = "m", "rad"
 

@@ -1,10 +1,9 @@
 """Joint stops: contacts between parts of a robot, which have a gap and no slide coordinate."""
 
-from dataclasses import dataclass
-
 import casadi as ca
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 
 
 @check_record

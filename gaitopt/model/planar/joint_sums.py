@@ -5,9 +5,10 @@ of the knee are identified in the expressions, so that a robot needs no further 
 """
 
 from collections import Counter
-from dataclasses import dataclass
 
 import casadi as ca
+
+from gaitopt.dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,11 @@
 """Exchange of the legs: a permutation with signs of coordinates, contacts and actuators, by name."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 
 

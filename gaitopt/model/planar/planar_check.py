@@ -1,13 +1,14 @@
 """Checks of a planar robot in random states: mass, energy, contacts, travel and leg exchange."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.mechanics import SINGULAR, describe_massless
 from gaitopt.model.planar.contact_translation import describe_detached_contacts

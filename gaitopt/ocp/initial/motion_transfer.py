@@ -5,11 +5,11 @@ on the other grid is therefore the same, where interpolation between the nodes w
 """
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.nlp.keys import Unknown, table_name

@@ -6,10 +6,10 @@ conditions at an instant, such as a foot at rest, do not depend on the grid.
 """
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Group, Key, Kind, TableKey, Unknown
 from gaitopt.ocp.transcription.transcription import NODE_TABLES

@@ -1,10 +1,11 @@
 """Candidates of a homotopy: closed contact sequences, and the initial guesses of their solves."""
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import SequenceError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence

@@ -1,12 +1,12 @@
 """Homotopy: a sequence of relaxed problems in which the complementarity pairs become exact."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds

@@ -1,10 +1,10 @@
 """Proposals for open phases: the contact modes of a relaxed time-stepping NLP."""
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array

@@ -1,9 +1,10 @@
 """Solution of a problem of a planar robot on one grid: its accuracy, and remarks on its replay."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.motion.ground_penetration import Penetration, find_penetrations_of_parts
 from gaitopt.motion.motion import Array

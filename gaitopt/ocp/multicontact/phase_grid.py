@@ -1,8 +1,8 @@
 """The time grid of a robot with several contacts: phases, their contact states and their nodes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import PhaseSystem, make_phase_system

@@ -1,11 +1,11 @@
 """Structure and tables of the NLP of a planar robot: unknowns at nodes and inner points, and their indices."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.newton_euler import NewtonEuler

@@ -1,12 +1,12 @@
 """The objective of a planar robot: its integral over an interval, and the parts of the joint powers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.motion.motion import Array

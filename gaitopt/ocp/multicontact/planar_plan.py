@@ -1,11 +1,11 @@
 """Motion of a decision vector at nodes and inner points, and its error between nodes."""
 
 import functools
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred
 from gaitopt.locks import cached_property
 from gaitopt.model.contacts.contact_state import ContactState

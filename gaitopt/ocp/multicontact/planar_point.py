@@ -1,10 +1,11 @@
 """The motion of a planar robot at one instant of a phase as expressions, and the constraints that hold there."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import contact_forces
 from gaitopt.ocp.multicontact.phase_grid import GridPhase

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, SequenceError
 from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.ocp.multicontact.impulse_stages import list_instants, net_work
 from gaitopt.ocp.multicontact.phase_grid import GridPhase

@@ -5,11 +5,11 @@ and torques are so except at impacts.  The torques are linear between nodes.
 """
 
 import functools
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.ocp.multicontact.event_constraints import planar_end_block, planar_event_block, planar_step_block
 from gaitopt.ocp.multicontact.impulse_cost import planar_impulse_block
 from gaitopt.ocp.multicontact.interval_constraints import planar_interval_block

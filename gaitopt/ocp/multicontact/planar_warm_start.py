@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from attrs import evolve
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.planar_gait import PlanarGait

@@ -9,8 +9,8 @@ cost is kept.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.undecided_touchdowns import GRAZING
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.status import Status

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.terrain import Piece, Terrain
 from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE, adapt_to_uneven_ground

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.section_coordinate import guard_after_swap
 from gaitopt.model.uneven_ground import INCLINE, NEXT_INCLINE, RISE
 from gaitopt.motion.motion import Array

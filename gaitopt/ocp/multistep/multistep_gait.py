@@ -2,12 +2,13 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.model.coordinate_entries import CONTACT, GAP
 from gaitopt.model.ground_frame import place_on_plane
 from gaitopt.model.terrain import Terrain

@@ -12,12 +12,13 @@ combines the results.  For collocation with many points this takes a third of th
 import functools
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.layout import Index

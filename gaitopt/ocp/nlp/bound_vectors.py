@@ -1,7 +1,6 @@
 """Bounds of the variables and constraint rows of an NLP."""
 
-from dataclasses import dataclass
-
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
 

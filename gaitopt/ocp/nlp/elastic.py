@@ -10,11 +10,11 @@ if the NLP is feasible near the initial point.  The proximal term, whose weight 
 
 import functools
 import math
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds

@@ -6,11 +6,11 @@ an evaluation grows linearly with their number.
 
 import functools
 import itertools
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array

@@ -5,10 +5,10 @@ of a phase; a row of a table by its :class:`Key`, a column by its :class:`Place`
 solutions use these keys; labels are printed and never compared.
 """
 
-from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import NamedTuple
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 
 

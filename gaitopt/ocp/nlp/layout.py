@@ -1,11 +1,12 @@
 """Layout of the decision and constraint vectors: table, row and column of every entry."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey, table_name
 
 Index = NDArray[np.intp]

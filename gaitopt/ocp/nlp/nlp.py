@@ -11,11 +11,11 @@ small functions and not on the number of intervals; its evaluation is as fast as
 import functools
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks

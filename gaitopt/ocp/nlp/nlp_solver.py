@@ -1,9 +1,9 @@
 """Protocol of NLP solvers, and their result."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp import Nlp

@@ -8,7 +8,6 @@ The derivatives with respect to the data z are exact, so that solutions can be c
 """
 
 import functools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -16,6 +15,7 @@ import numpy as np
 import scipy  # which imports its parts when they are used
 from numpy.typing import NDArray
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.locks import cached_property
 from gaitopt.model.fast_call import FastCall

@@ -14,12 +14,12 @@ increase on one side because of the multiplier of an almost active bound, and th
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.bound_vectors import Bounds

@@ -15,11 +15,11 @@ import functools
 import math
 import threading
 import time
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt, stop_on_interrupt
 from gaitopt.model.fast_call import FastCall
 from gaitopt.motion.motion import Array

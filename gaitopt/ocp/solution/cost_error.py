@@ -8,7 +8,8 @@ mean square of both: each alone is wrong by more than a factor of 3 in two or th
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+
+from gaitopt.dataclass import dataclass
 
 LEAST_RATIO = 1.5
 """Least ratio of the variations of two grids from which the factor is determined."""

@@ -3,11 +3,12 @@
 import functools
 import math
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 import numpy as np
 from attrs import evolve
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.locks import cached_property
 from gaitopt.motion.energy import ledger

@@ -2,9 +2,9 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.nlp.elastic import ElasticResult

@@ -7,10 +7,10 @@ parts of an interval reduce its term by 1 / m^2, so m is proportional to the cub
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution

@@ -3,12 +3,12 @@
 import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import attrs
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.fast_call import FastCall

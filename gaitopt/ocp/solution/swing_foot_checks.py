@@ -3,10 +3,9 @@
 Position and velocity at the nodes are interpolated by cubic polynomials, whose error is of fourth order.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.model.coordinate_entries import full_coordinates
 from gaitopt.model.uneven_ground import height_of_footprints, is_on_uneven_ground, travel_of_slides

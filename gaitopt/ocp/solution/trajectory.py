@@ -2,11 +2,11 @@
 
 import functools
 import math
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.model.contacts.transition import PARADOX_MARGIN
 from gaitopt.model.coordinate_entries import SLIDE, full_coordinates

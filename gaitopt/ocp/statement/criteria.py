@@ -1,11 +1,11 @@
 """The built-in objectives."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.energy import absolute_work, cost_of_transport, ledger
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary

@@ -2,11 +2,11 @@
 
 import functools
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import angle_entry, count_coordinates

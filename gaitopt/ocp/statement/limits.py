@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from attrs import field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import as_float, number_within, optional, positive, recall_parameter
 

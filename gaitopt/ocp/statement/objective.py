@@ -4,11 +4,11 @@ import functools
 import inspect
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.lazy import is_evaluated
 from gaitopt.locks import one_at_a_time

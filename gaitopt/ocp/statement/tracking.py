@@ -1,13 +1,14 @@
 """Tracking of a motion as an objective."""
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.motion.motion import Array, Motion

@@ -1,11 +1,12 @@
 """Warm starts: initial guesses from a motion, or from a gait with its multipliers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from gaitopt.arguments import check_record
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, SLIDE
 from gaitopt.motion.contact_sequence import ContactSequence

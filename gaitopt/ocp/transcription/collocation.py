@@ -9,7 +9,7 @@ within a phase because torques are, are shared by both neighbouring intervals.  
 """
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array

@@ -10,10 +10,10 @@ with the flows f- and f+, the reset R and the guard g with its rate g' along the
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, full_vector
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot

@@ -6,10 +6,10 @@ touchdown.  It contains angles, rates and, while the foot slips, its speed; the 
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics

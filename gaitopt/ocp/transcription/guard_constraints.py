@@ -7,12 +7,13 @@ where the guard is below zero, and where above.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.phase_dynamics import full_vector
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.block import Block

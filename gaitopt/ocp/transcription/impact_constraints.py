@@ -1,10 +1,10 @@
 """The boundary of a step: touchdown, frictional impact, leg exchange, periodicity, step length and speed."""
 
 import math
-from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics, full_vector

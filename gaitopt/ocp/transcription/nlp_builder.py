@@ -1,12 +1,13 @@
 """Builder of the NLP: data shared by its blocks, and the local variables of a block."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Protocol
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array

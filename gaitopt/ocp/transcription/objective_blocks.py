@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.lazy import Deferred, LazyField
 from gaitopt.locks import cached_property
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics

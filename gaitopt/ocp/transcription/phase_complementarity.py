@@ -6,11 +6,10 @@ freedom dynamics, 1988).  The scheme is of low order where the contact mode chan
 contact sequence is then solved by an accurate scheme, which adds torque-rate limits and friction margins.
 """
 
-from dataclasses import dataclass
-
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.impact_law import PlasticFrictional
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.motion import Array

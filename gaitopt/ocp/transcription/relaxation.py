@@ -6,13 +6,13 @@ a homotopy in which t decreases uses one compiled NLP; for t -> 0 the pairs hold
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.ocp.nlp.keys import Key, Kind, Row
 
 NamedBounds = tuple[str, float, float]

@@ -1,11 +1,10 @@
 """Multiple shooting: each interval is integrated by classical Runge-Kutta steps from its left node."""
 
-from dataclasses import dataclass
-
 import casadi as ca
 from attrs import evolve, field, frozen
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.phase_dynamics import PhaseDynamics
 from gaitopt.motion.printable import format_count
 from gaitopt.ocp.nlp.keys import Key

@@ -12,11 +12,11 @@ bound, so that the cost is bounded from below.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.layout import Index, Layout

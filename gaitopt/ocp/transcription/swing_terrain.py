@@ -1,10 +1,10 @@
 """The swing foot over a terrain: its height above the profile of the ground between its footprints."""
 
 import math
-from dataclasses import dataclass
 
 import casadi as ca
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.coordinate_entries import GAP, SLIDE
 from gaitopt.model.terrain import Terrain
 from gaitopt.model.uneven_ground import stance_rotation

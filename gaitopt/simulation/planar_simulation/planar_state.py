@@ -1,10 +1,10 @@
 """State of a planar robot between events, and a smooth phase of its motion."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.phase_system import GuardKind

@@ -6,9 +6,10 @@ evaluated once, outside the integrator.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
+
+from gaitopt.dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

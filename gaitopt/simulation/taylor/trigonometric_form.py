@@ -13,11 +13,11 @@ import functools
 import itertools
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import contact_functions
 from gaitopt.model.robot import Robot

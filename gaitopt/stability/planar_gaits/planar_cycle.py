@@ -1,7 +1,7 @@
 """Periodic gaits of planar robots by Newton's method with exact derivatives."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.energy import Ledger

@@ -1,7 +1,7 @@
 """Walking problems of planar robots with any contacts: periodic gaits that are computed, not optimised."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Self
 
 import casadi as ca
@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot

@@ -1,10 +1,10 @@
 """Accelerations, contact forces and impulses of a planar robot in given contact modes, for the second replay."""
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.study.audit.dense_call import DenseCall

@@ -1,12 +1,13 @@
 """Integration of smooth pieces of a motion by SciPy, with location of the first event on the dense output."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError
 from gaitopt.motion.motion import Array
 

@@ -5,12 +5,12 @@ foot with its Jacobian, the touchdown guard and the leg exchange.  Contact force
 impact are computed here.
 """
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError
 from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.coordinate_entries import ANGLES, GAP, SLIDE

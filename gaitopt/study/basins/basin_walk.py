@@ -3,12 +3,12 @@
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.motion import Array

@@ -1,12 +1,12 @@
 """measure_library: errors of an interpolated library at the midpoints of its cells."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, feedforward
+from gaitopt.dataclass import dataclass
 from gaitopt.model.coordinate_entries import ANGLES
 from gaitopt.model.robot import Robot
 from gaitopt.motion.energy import cost_of_transport

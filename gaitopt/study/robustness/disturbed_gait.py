@@ -1,7 +1,7 @@
 """Disturbed walks of a gait under a law, of robots with one foot on the ground or with several contacts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.planar_laws.planar_reference import IDLE
 from gaitopt.control.torque_noise import add_torque_noise
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot

@@ -3,11 +3,11 @@
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gaitopt.arguments import check_arguments
+from gaitopt.dataclass import dataclass
 from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.stability.recovery import Recovery

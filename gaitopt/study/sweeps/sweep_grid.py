@@ -9,11 +9,11 @@ the warm starts, so that results do not depend on the order of execution.
 import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array

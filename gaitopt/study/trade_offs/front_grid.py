@@ -1,10 +1,11 @@
 """The grid of a front: bounds on quantities, and the tasks that solve it from both ends."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import AnyGait

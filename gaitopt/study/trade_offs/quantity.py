@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from attrs import evolve
 
+from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
