@@ -196,6 +196,10 @@ class Ipopt:
         }
         if self.linear_solver == "mumps" and (nlp.dissect or not self.permute):
             options["ipopt.mumps_permuting_scaling"] = 0  # nested dissection is inaccurate with it
+        if self.linear_solver == "mumps" and not (nlp.dissect or self.permute):
+            # In 700 random problems, neither scaled matrices nor refined directions lead to fewer iterations or lower
+            # costs; without them, iterations take 15 % less time.
+            options |= {"ipopt.mumps_scaling": 0, "ipopt.fast_step_computation": "yes"}
         if self.linear_solver == "mumps" and nlp.dissect:
             options["ipopt.mumps_pivot_order"] = METIS
         elif self.linear_solver == "mumps" and nlp.n_variables > LARGE:
