@@ -10,6 +10,27 @@ import threading
 from types import FrameType
 
 
+def run() -> None:
+    """Run the command line and end the process without freeing its objects, which takes longer than printing them."""
+    status: list[int] = []
+    atexit.register(_leave, status)  # called last, as it is registered first
+    try:
+        main()
+    except SystemExit as end:
+        if isinstance(end.code, int):
+            status.append(end.code)
+        raise
+
+
+def _leave(status: list[int]) -> None:
+    """End the process if its command has ended with a status and all of its output is written."""
+    if status:
+        with contextlib.suppress(OSError, ValueError):  # a closed stream, which the interpreter reports
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status[0])
+
+
 def main() -> None:
     """Import and run the command that the command line names."""
     os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
@@ -32,7 +53,6 @@ def main() -> None:
                 signal.signal(signal.SIGINT, signal.SIG_IGN)  # further interrupts change nothing
                 _exit_by_interrupt()
             signal.signal(signal.SIGINT, former)
-            gc.freeze()  # no search for unreachable objects at the end, which takes a tenth of a solve's time
             # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
             raise
@@ -55,4 +75,4 @@ def _exit_immediately(number: int, frame: FrameType | None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run()

@@ -1,4 +1,4 @@
-"""Start and end of a command: no import of the validation library of Typer, no search for unreachable objects."""
+"""Start of a command: no import of the validation library of Typer."""
 
 import os
 import subprocess
@@ -9,7 +9,6 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from gaitopt import __main__
 from gaitopt.cli.command import Command
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -72,12 +71,3 @@ def test_an_unreadable_file_is_refused(received, tmp_path, monkeypatch):
     assert received(str(file))[0] == file
     monkeypatch.setattr("os.access", lambda path, mode: mode == os.F_OK)
     assert received(str(file)) == 2
-
-
-def test_a_command_ends_without_a_search_for_unreachable_objects(monkeypatch):
-    freezes = []
-    monkeypatch.setattr("gc.freeze", lambda: freezes.append(True))
-    monkeypatch.setattr("sys.argv", ["gaitopt", "--version"])
-    with pytest.raises(SystemExit):
-        __main__.main()
-    assert freezes
