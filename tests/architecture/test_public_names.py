@@ -1,5 +1,6 @@
 """Every public name is importable, known to type checkers and editors, and has an example that runs as a doctest."""
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -46,6 +47,14 @@ def test_a_package_lists_its_names_and_refuses_others(package):
     assert all(where.startswith(f"{package}.") for where in exported_names(package).values())
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'solv'"):
         _ = module.solv
+
+
+@pytest.mark.parametrize("package", ["gaitopt", *WINGS])
+def test_the_names_of_a_stub_are_those_that_python_reads(package):
+    stub = ast.parse(Path(import_module(package).__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    entries = {entry.name: node.module for node in imports for entry in node.names if entry.name == entry.asname}
+    assert {name: where for name, where in entries.items() if name[0] != "_"} == exported_names(package)
 
 
 @pytest.mark.parametrize(
