@@ -131,18 +131,28 @@ def _fit_terms(function: ca.Function, robot: Robot, rng: np.random.Generator) ->
         present |= np.abs(coefficients) > np.maximum(
             FIT_TOLERANCE * np.abs(coefficients).max(axis=0), 1e-13 * np.abs(values).max()
         )
-    from scipy.linalg import qr  # whose import takes longer than a short solve
-
     terms: list[Terms] = [{}] * present.shape[1]
     for which in {tuple(np.flatnonzero(column)) for column in present.T} - {()}:
-        # Pivoting selects as many angles as there are harmonics, at which the harmonics differ most.
-        chosen = qr(table[:, which].T, pivoting=True, mode="economic")[2][: len(which)]
+        chosen = _select_rows(table[:, which])
         inverse = ca.DM(np.linalg.inv(table[np.ix_(chosen, which)]))
         columns = [function(points[k], p) for k in chosen]
         for i in np.flatnonzero([tuple(np.flatnonzero(column)) == which for column in present.T]):
             solved = inverse @ ca.vertcat(*[column[int(i)] for column in columns])
             terms[i] = {harmonics[k]: solved[j] for j, k in enumerate(which)}
     return terms
+
+
+def _select_rows(values: np.ndarray) -> list[int]:
+    """Return as many rows of a matrix as it has columns, which differ most: those of a QR factorisation with pivoting.
+
+    SciPy has this factorisation, but importing it takes as long as all else that precedes a simulation.
+    """
+    rest, chosen = values.copy(), list[int]()
+    for _ in range(values.shape[1]):
+        chosen.append(int(np.argmax(np.linalg.norm(rest, axis=1))))
+        direction = rest[chosen[-1]] / np.linalg.norm(rest[chosen[-1]])
+        rest -= np.outer(rest @ direction, direction)
+    return chosen
 
 
 def _list_candidates(function: ca.Function) -> list[Harmonic]:
