@@ -72,6 +72,7 @@ class PlanarElastic(ElasticLimits):
             elastic = ElasticNlp(self.transcription.nlp, bounds, relaxed_sides(limits, bounds), sizes, least)
             self._bounds, self._least, self._sizes = bounds, least, sizes
             self._guess = planar_start(self.transcription, self.problem)
+        solver = solver.with_refinement() if isinstance(solver, Ipopt) else solver
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
         self.insufficient: tuple[str, ...] = ()
 
