@@ -142,7 +142,7 @@ def _fit_terms(function: ca.Function, robot: Robot, rng: np.random.Generator) ->
     return terms
 
 
-def _select_rows(values: np.ndarray) -> list[int]:
+def _select_rows(values: np.ndarray) -> np.ndarray:
     """Return as many rows of a matrix as it has columns, which differ most: those of a QR factorisation with pivoting.
 
     SciPy has this factorisation, but importing it takes as long as all else that precedes a simulation.
@@ -152,7 +152,7 @@ def _select_rows(values: np.ndarray) -> list[int]:
         chosen.append(int(np.argmax(np.linalg.norm(rest, axis=1))))
         direction = rest[chosen[-1]] / np.linalg.norm(rest[chosen[-1]])
         rest -= np.outer(rest @ direction, direction)
-    return chosen
+    return np.array(chosen)
 
 
 def _list_candidates(function: ca.Function) -> list[Harmonic]:
