@@ -1,5 +1,6 @@
 """Output of results read from files: tables for the terminal, and facts as plain data for JSON."""
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -123,6 +124,8 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
             "radius_after": tuned.radius,
             "multipliers": [[value.real, value.imag] for value in tuned.multipliers],
             "evaluations": len(tuned.trials),
+            "torque_limit": tuned.settings.torque_limit,
+            "verified": dict(tuned.verified),
         }
     )
 
@@ -141,6 +144,25 @@ def print_gains(tuned: "TunedGains") -> None:
         "spectral radius",
         f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius)} under the law",
     )
+    table.add_row("verified", _describe_verified_ball(tuned))
+    limits = tuned.settings.torque_limit
+    table.add_row(
+        "torque limits",
+        ", ".join(f"{name} {limit:.4g}" for name, limit in limits.items())
+        if isinstance(limits, Mapping)
+        else f"{limits:.4g}",
+    )
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))
     out.print(table)
+
+
+def _describe_verified_ball(tuned: "TunedGains") -> str:
+    """Return how many walks returned to the gait in the verification, in words."""
+    facts = tuned.verified
+    if not facts.get("push_radius"):
+        return "no ball of pushes from which all walks return"
+    pushed = (
+        f"{facts['returned']} of {facts['starts']} starts within {facts['push_radius']:.4g} rad/s return to the gait"
+    )
+    return f"{pushed}; interrupted before larger pushes were tested" if facts.get("interrupted") else pushed

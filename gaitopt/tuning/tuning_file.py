@@ -49,6 +49,9 @@ class TunedGains:
         Those of the tuned gait; empty if none exists.
     trials : tuple of Trial
         Evaluations of the search in order.
+    verified : mapping
+        ``starts`` and how many of them ``returned`` to the gait, all within ``push_radius`` of it [rad/s], and whether
+        the test was ``interrupted``.
 
     Examples
     --------
@@ -68,6 +71,7 @@ class TunedGains:
     radius_before: float = math.inf
     multipliers: tuple[complex, ...] = ()
     trials: tuple[Trial, ...] = field(default=(), repr=False)
+    verified: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
@@ -208,6 +212,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             radius_before=_finite_or_inf(facts["radius_before"]),
             multipliers=tuple(complex(*parts) for parts in facts["multipliers"]),
             trials=tuple(Trial(trial["gains"], _finite_or_inf(trial["objective"])) for trial in facts["trials"]),
+            verified=dict(facts.get("verified") or {}),
         )
 
 

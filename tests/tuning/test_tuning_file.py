@@ -14,6 +14,7 @@ from gaitopt import (
     joint_pd,
     tune_feedback,
 )
+from gaitopt.cli.result_output import find_facts, print_result
 from gaitopt.tuning import ControllerFamily, controller_family_named, load_tuning, save_tuning
 
 
@@ -34,6 +35,22 @@ def test_a_saved_tuning_makes_the_same_law(slipping, tuned, tmp_path):
     law = loaded.law(compass_biped(), slipping.motion)
     assert law.digest() == tuned.law.digest()
     assert assess_stability(slipping, law).radius == tuned.radius_after == loaded.radius
+
+
+def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, capsys):
+    path = save_tuning(tuned, tmp_path / "gains.json")
+    print_result(load_tuning(path))
+    shown = " ".join(capsys.readouterr().out.split())
+    ball, found = tuned.verified.radius, tuned.verified
+    assert ball
+    assert f"{found.returned} of {found.starts} starts within {ball:.4g} rad/s return to the gait" in shown
+    assert "torque limits ankle 7, hip 8" in shown
+    assert find_facts(load_tuning(path))["verified"]["push_radius"] == ball
+    facts = json.loads(path.read_text(encoding="utf-8"))
+    facts["verified"]["push_radius"] = 0.0
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    print_result(load_tuning(path))
+    assert "no ball of pushes from which all walks return" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_file_is_open(tuned, tmp_path):
