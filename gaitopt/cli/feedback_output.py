@@ -229,10 +229,13 @@ def resume_text(missing: Sequence[str], output: Path | None) -> str:
     --------
     >>> resume_text(["torque noise", "recovery"], None)
     "The same command with --kind 'torque noise' --kind recovery tests what is missing."
+    >>> resume_text(["recovery"], Path("push.json"))
+    'The same command completes push.json.'
     """
+    if output:
+        return f"The same command completes {output}."
     options = " ".join(f"--kind {shlex.quote(kind)}" for kind in missing)
-    file = f" and an output file other than {output}" if output else ""
-    return f"The same command with {options}{file} tests what is missing."
+    return f"The same command with {options} tests what is missing."
 
 
 def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:

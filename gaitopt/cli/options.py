@@ -152,7 +152,13 @@ FigureWidth = Annotated[float, typer.Option(min=2.5, max=20, help="Width [inch]:
 FontSize = Annotated[float, typer.Option(min=4, max=20, help="Size of axis labels [point].")]
 PushOutput = Annotated[
     Path | None,
-    typer.Option("--output", "-o", metavar="JSON", help="File of the results, which 'gaitopt plot' accepts."),
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="JSON",
+        help="File of the results, which 'gaitopt plot' accepts. Run the same command again to complete an interrupted "
+        "test.",
+    ),
 ]
 StudyOutput = Annotated[
     Path,

@@ -1,6 +1,7 @@
 """The command that tests the robustness of a gait under a law."""
 
 import contextlib
+import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -32,7 +33,7 @@ from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, suggest
+from gaitopt.errors import ArchiveError, InputError, suggest
 from gaitopt.interrupts import defer_interrupt
 
 if TYPE_CHECKING:
@@ -44,6 +45,12 @@ if TYPE_CHECKING:
     from gaitopt.stability.recovery import PushTest, Recovery
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
+
+WORDS = {"law": "the law", "radius": "the spectral radius", "steps": "--steps", "starts": "--starts", "ball": "--ball"}
+"""Settings of a push test in messages."""
+
+SAME_RADIUS = 1e-6
+"""Relative difference of the spectral radii of the same gait and law, computed twice."""
 
 
 def push(
@@ -79,6 +86,8 @@ def push(
     The fraction of pushes in a ball after which the walker returns to the gait, and the number of steps that this
     takes, are reported in open loop (torques replayed) and under the law.
 
+    After Ctrl-C, the same command with the same output file tests the kinds of disturbances that are missing.
+
     Example: gaitopt push compass_slip.h5 --law lqr
     """
     from gaitopt.cli.script import load_feedback_gait
@@ -91,12 +100,13 @@ def push(
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test)
-    results = _Results(kinds=_read_kinds(tested, kind))
+    settings: dict[str, Any] = {"law": title, "radius": cycle.radius, "steps": steps, "starts": starts, "ball": ball}
+    results = _resume(output, settings, _read_kinds(tested, kind), _read_kinds(tested, None))
     with results.keep_results():
         with worker_options(workers, scheduler) as team:
             tested.find_margins(results, steps, team, hidden=json)
         tested.measure_recoveries(results, title, ball, hidden=json)
-    record = RobustnessRecord(law=title, radius=cycle.radius, steps=steps, **results.parts)
+    record = RobustnessRecord(**settings, **results.parts)
     facts = {
         "law": title,
         "engine": _engine_of(chosen, gait),
@@ -179,6 +189,9 @@ class _ControlledGait:
         """Add the largest disturbance survived of each kind to the results."""
         from gaitopt.study.robustness.robustness_margins import WalkTest, iterate_margins
 
+        kinds = [kind for kind in results.missing if kind != RECOVERY]
+        if not kinds:
+            return
         with show_progress("disturbances", hidden=hidden, counted=True) as display:
             margins = iterate_margins(
                 self.gait.robot,
@@ -187,7 +200,7 @@ class _ControlledGait:
                 walking=WalkTest(steps=steps),
                 test=self.test,
                 execution=team.execution(display.count, active_observer=display.show_active),
-                kinds=[kind for kind in results.kinds if kind != RECOVERY],
+                kinds=kinds,
             )
             with contextlib.closing(margins):  # an interrupt also ends the workers
                 for margin in margins:
@@ -197,7 +210,7 @@ class _ControlledGait:
         """Add the recovery from a ball of pushes under the law and in open loop; None without a periodic gait."""
         from gaitopt.stability.gait_recovery import measure_gait_recovery
 
-        if RECOVERY not in results.kinds:
+        if RECOVERY not in results.missing:
             return
         recoveries = {}
         with show_progress("pushes", hidden=hidden) as display:
@@ -205,6 +218,40 @@ class _ControlledGait:
                 display.describe(f"pushes up to {ball:g} rad/s, {name}")
                 recoveries[name] = measure_gait_recovery(self.gait, law, ball, self.test)
         results.recoveries.update(recoveries)
+
+
+def _resume(output: Path | None, settings: dict[str, Any], kinds: tuple[str, ...], known: tuple[str, ...]) -> _Results:
+    """Return the results of the interrupted test in the output file, or none; InputError if it is another test."""
+    from gaitopt.study.robustness.robustness_record import load_robustness
+
+    record = None
+    if output is not None and output.is_file():
+        with contextlib.suppress(ArchiveError):  # another file, which is replaced
+            record = load_robustness(output)
+    if record is None or not record.missing:
+        return _Results(kinds=kinds)
+    for name, value in settings.items():
+        if not _agree(stored := getattr(record, name), value):
+            raise InputError(
+                f"{output} contains an interrupted push test with {WORDS.get(name, name)} {_show(stored)}, not "
+                f"{_show(value)}. Complete it with its own options, or state another output file."
+            )
+    margins = {margin.kind: margin for margin in record.margins}
+    wanted = {*margins, *([RECOVERY] if record.recoveries else []), *record.missing, *kinds}
+    complete = tuple(kind for kind in known if kind in wanted)
+    return _Results(kinds=complete, margins=margins, recoveries=dict(record.recoveries))
+
+
+def _agree(stored: object, value: object) -> bool:
+    """Return whether a setting of a file is that of the command; infinite numbers are not stored as such."""
+    if not isinstance(value, float) or not isinstance(stored, float):
+        return stored == value
+    return math.isclose(stored, value, rel_tol=SAME_RADIUS) or not (math.isfinite(stored) or math.isfinite(value))
+
+
+def _show(value: object) -> str:
+    """Return a setting as text."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _read_kinds(tested: _ControlledGait, stated: Sequence[str] | None) -> tuple[str, ...]:

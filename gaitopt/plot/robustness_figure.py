@@ -89,7 +89,7 @@ def _add_key(figure: "Figure", tests: Mapping[str, RobustnessRecord], width: flo
     from matplotlib.lines import Line2D
 
     bars: list[Any] = list(figure.axes[0].containers)
-    labels = [f"{label.replace('_', ' ')}: largest survived" for label in tests]
+    labels = [f"{label}{' (interrupted)' if test.missing else ''}: largest survived" for label, test in tests.items()]
     bars.append(Line2D([], [], **CROSS))
     labels.append("smallest not survived")
     add_page_legend(figure, bars, labels, columns=3, width=width, loc="outside upper center")
@@ -140,8 +140,7 @@ def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, 
         settling = np.sort(np.array(recovery.settling, dtype=float))
         steps = np.concatenate([[0.0], settling, [float(recovery.steps)]])
         counts = np.concatenate([[0.0], np.arange(1, settling.size + 1), [float(settling.size)]])
-        label = name.replace("_", " ")
-        axes.step(steps, 100 * counts / recovery.starts, where="post", label=label, **look)
+        axes.step(steps, 100 * counts / recovery.starts, where="post", label=name, **look)
     size = max(recovery.radius for recovery in recoveries)
     axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(0, 104))
     axes.set_title(f"random pushes up to {size:.3g} rad/s", loc="left", pad=3)

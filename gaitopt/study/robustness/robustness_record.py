@@ -34,6 +34,10 @@ class RobustnessRecord:
         Recovery from pushes by the name of a law; None for a law without a periodic gait.
     missing : tuple of str
         Kinds of disturbances, and ``"recovery"`` for the recoveries, that an interrupt left without result.
+    starts : int
+        Number of random pushes of each size; 0 if it is not known.
+    ball : float [rad/s]
+        Size of the largest pushes of the recoveries; nan if it is not known.
 
     Examples
     --------
@@ -49,6 +53,8 @@ class RobustnessRecord:
     margins: tuple[RobustnessMargins, ...]
     recoveries: Mapping[str, Recovery | None]
     missing: tuple[str, ...] = ()
+    starts: int = 0
+    ball: float = math.nan
 
     def __repr__(self) -> str:
         margins = ", ".join(f"{m.kind} {m.survived:.3g}{'' if m.unit == '1' else ' ' + m.unit}" for m in self.margins)
@@ -110,6 +116,8 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
             margins=tuple(RobustnessMargins(**margin) for margin in facts["margins"]),
             recoveries={str(name): _read_recovery(part) for name, part in facts["recoveries"].items()},
             missing=tuple(map(str, facts.get("missing", ()))),  # files of earlier versions are complete
+            starts=int(facts.get("starts", 0)),
+            ball=math.nan if facts.get("ball") is None else float(facts["ball"]),
         )
 
 
