@@ -9,6 +9,7 @@ import typer
 
 from gaitopt.cli.options import LAWS, Json, Quiet, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, out, print_json, print_reason, report_file, verdict_text
+from gaitopt.cli.output_files import create_folder
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
@@ -71,13 +72,13 @@ def design(
     if (robust := _state_robust(stated, law)) is not None:
         design_robust(robust, folder, script.stem, count=count, json=json)
     paths = [folder / f"{script.stem}_{number}.h5" for number in range(1, _count_gaits(stated, script) + 1)]
-    folder.mkdir(parents=True, exist_ok=True)
-    for path in paths:
-        check_writable(path)
-    with show_progress(f"{stated.name}: building", hidden=json) as display:
-        result = _solve(stated, display, verbose=verbose)
-    ok = result.status.ok and all(gait.status.ok for gait in result.gaits)
-    written = [save(gait, path) for gait, path in zip(result.gaits, paths, strict=True)] if ok else []
+    with create_folder(folder):
+        for path in paths:
+            check_writable(path)
+        with show_progress(f"{stated.name}: building", hidden=json) as display:
+            result = _solve(stated, display, verbose=verbose)
+        ok = result.status.ok and all(gait.status.ok for gait in result.gaits)
+        written = [save(gait, path) for gait, path in zip(result.gaits, paths, strict=True)] if ok else []
     if json:
         print_json(result.summarise() | {"files": [str(path) for path in written]})
     else:

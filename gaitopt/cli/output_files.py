@@ -1,6 +1,8 @@
 """Output files of the commands: accepted suffixes, and checks before the computation of their contents."""
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from gaitopt.motion.atomic import check_suffix, check_writable
@@ -61,3 +63,16 @@ for papers), .svg (vector, for web pages).
             exported = ".py" in kinds and path.suffix.lower() == ".py"
             check_writable(path, heading="" if exported else None)  # the writer rejects other modules
             check_suffix(path, kinds)
+
+
+@contextlib.contextmanager
+def create_folder(path: Path) -> Iterator[None]:
+    """Create a folder if it is missing, and remove a new one if nothing was written into it by the end of the block."""
+    new = not path.exists()
+    path.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        if new:
+            with contextlib.suppress(OSError):  # the folder is not empty
+                path.rmdir()

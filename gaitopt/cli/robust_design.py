@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from gaitopt.cli.output import out, print_json, print_reason, report_file
+from gaitopt.cli.output_files import create_folder
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.dataclass import dataclass
 from gaitopt.motion.printable import format_count
@@ -98,16 +99,16 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
     from gaitopt.motion.atomic import check_writable
 
     stated = _load_law(stated)
-    folder.mkdir(parents=True, exist_ok=True)
     names = stem, f"{stem}_failed"
-    for name in names:
-        for path in _paths(folder, name):
-            check_writable(path)
-    with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
-        plan = stated.solve()
-        display.describe(f"{stated.name}: test in {count} unseen scenarios")
-        tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
-    files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
+    with create_folder(folder):
+        for name in names:
+            for path in _paths(folder, name):
+                check_writable(path)
+        with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
+            plan = stated.solve()
+            display.describe(f"{stated.name}: test in {count} unseen scenarios")
+            tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
+        files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
     result = RobustDesign(plan=plan, robust=tests[0], nominal=tests[1], files=files)
     if json:
         print_json(result.summarise())

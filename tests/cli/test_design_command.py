@@ -107,7 +107,10 @@ def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     run = command("design", script(SCRIPT), "--set", "torque=0.1")
     assert run.status == 1
     assert "nothing was written" in run.out
-    assert not list((folder / "own").glob("*.h5"))
+    assert not (folder / "own").exists()
+    (folder / "own").mkdir()
+    assert command("design", script(SCRIPT), "--set", "torque=0.1").status == 1
+    assert (folder / "own").is_dir()  # a folder that existed before is kept
 
 
 @pytest.mark.parametrize("setting", ["free=None", "speeds=(0.6,)"])
@@ -217,13 +220,14 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
     assert again.json["gaits"][0]["radius"] < 1
 
 
-def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(command, script):
+def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(command, script, folder):
     text = ROBUST.replace('"friction": (0.18, 0.2)', '"friction": (0.02, 0.2)')
     run = command("design", script(text), "--set", "friction=0.02")
     assert run.status == 1
     assert "No gait was found at friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
+    assert not (folder / "own").exists()
 
 
 def test_a_nominal_friction_outside_its_range_is_refused(command, script):
