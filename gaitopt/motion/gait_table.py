@@ -322,9 +322,8 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
     scenarios = [f"{name} {lower:g} to {upper:g}" for name, (lower, upper) in plan["ranges"].items()]
     scenarios += [f"pushes up to {plan['push']:g} rad/s"] if plan["push"] else []
     reached = f"{plan['survived']} of {plan['candidates']} candidate scenarios survived under {plan['law']}"
-    if tested := plan.get("unseen"):  # a file of an earlier version has no test
-        survived = plan["survived"] == plan["candidates"], tested["survived"] == tested["scenarios"]
-        verdict = "robust" if all(survived) else "not fully robust" if survived[0] else "not robust"
+    if verdict := judge_robust_plan(problem):
+        tested = plan["unseen"]
         reached = f"{verdict}: {reached}, {tested['survived']} of {tested['scenarios']} unseen ones"
     facts: Facts = [
         ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
@@ -333,6 +332,22 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
     if plan["selected"]:
         facts.append(("added scenarios", "; ".join(plan["selected"])))
     return [*facts, ("worst scenario", plan["worst"])] if plan["worst"] else facts
+
+
+def judge_robust_plan(problem: Mapping[str, Any]) -> str:
+    """Return whether a robust plan survives all scenarios, in words; empty for other gaits and without a test.
+
+    Examples
+    --------
+    >>> tested = {"survived": 8, "candidates": 8, "unseen": {"survived": 19, "scenarios": 20}}
+    >>> judge_robust_plan({"robust": tested}), judge_robust_plan({})
+    ('not fully robust', '')
+    """
+    plan = problem.get("robust") or {}
+    if not (tested := plan.get("unseen")):  # a file of an earlier version has no test
+        return ""
+    survived = plan["survived"] == plan["candidates"], tested["survived"] == tested["scenarios"]
+    return "robust" if all(survived) else "not fully robust" if survived[0] else "not robust"
 
 
 def round_margin(value: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import find_nominal_friction, name_objective
+from gaitopt.motion.gait_table import find_nominal_friction, judge_robust_plan, name_objective
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
@@ -222,6 +222,8 @@ def _list_facts(gait: AnyGait) -> list[str]:
             rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
             *facts[1:-1],
         ]
+    if verdict := judge_robust_plan(gait.problem):
+        facts.insert(1, verdict)
     if objective != "cost_of_transport":
         unit = gait.problem.get("objective_unit") or "1"
         value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
@@ -234,10 +236,12 @@ def _describe_sequence(gait: AnyGait) -> list[str]:
     slope = np.rad2deg(gait.motion.parameters["slope"])
     where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
     missing = f" (not{NO_BREAK}replayed)" if gait.status.ok and not gait.verification else ""
-    replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if gait.status.ok and gait.verification else missing
+    verified = gait.status.ok and gait.verification is not None
+    replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if verified else missing
+    brief = " (verified)" if verified else missing
     sequence, *shorter = shorten_sequence(str(gait.sequence))
-    notes = [(sequence, where + replay), (sequence, where + missing), (sequence, replay), (sequence, missing)]
-    pairs = [*notes, *((text, missing) for text in shorter)]
+    notes = [(sequence, where + replay), (sequence, where + brief), (sequence, replay), (sequence, brief)]
+    pairs = [*notes, *((text, brief) for text in shorter)]
     # A mark at the end of a sequence would belong to the text that follows.
     return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
 

@@ -60,6 +60,16 @@ def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_
     title = plot_gait(gait, style=FigureStyle(width=20)).get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
     assert r"planned for the lowest friction $\mu$ = 0.14, nominal $\mu$ = 0.3" in title
     assert "nominal" not in draw(slipping).get_suptitle()
+    assert "robust" not in title
+
+
+@pytest.mark.parametrize(
+    ("survived", "unseen", "verdict"), [(8, 20, "robust"), (8, 19, "not fully robust"), (7, 20, "not robust")]
+)
+def test_title_of_a_robust_gait_states_whether_all_scenarios_are_survived(slipping, survived, unseen, verdict):
+    plan = {"survived": survived, "candidates": 8, "unseen": {"survived": unseen, "scenarios": 20}}
+    title = draw(replace(slipping, problem={**slipping.problem, "robust": plan})).get_suptitle()
+    assert f", {verdict}," in title
 
 
 def test_title_states_the_minimised_objective_first(slipping):
