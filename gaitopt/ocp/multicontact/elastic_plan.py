@@ -90,7 +90,7 @@ class ElasticPlan:
             elastic = self._bound_gaps(rows)
             result = elastic.minimise(result.x, data, prices, solver, observer, elastic.zero_multipliers())
         if result.status is Status.INTERRUPTED or (result.status.ok and not self._list_repairs(result)):
-            return result
+            return self._omit_raised_gaps(result, self._bound_gaps(rows).sides) if rows else result
         return replace(plain, status=Status.PLAN_INACCURATE) if plain.status.ok else plain
 
     def _bound_gaps(self, rows: Rows) -> ElasticNlp:
@@ -100,6 +100,13 @@ class ElasticPlan:
         bounds = Bounds(self._bounds.x_lower, self._bounds.x_upper, g_lower, self._bounds.g_upper)
         sides = relaxed_sides(self._limits, bounds)
         return ElasticNlp(self._transcription.nlp, bounds, sides, self._sizes, self._least)
+
+    def _omit_raised_gaps(self, result: ElasticResult, sides: tuple[RelaxedSide, ...]) -> ElasticResult:
+        """Return a result with the multipliers of the rows that the elastic problem has without repair."""
+        at_bounds, at_rows = result.multipliers
+        numbers = {side: number for number, side in enumerate(sides, start=at_rows.size - len(sides))}
+        kept = np.array([numbers[side] for side in self.sides], dtype=int)
+        return replace(result, multipliers=(at_bounds, np.append(at_rows[: at_rows.size - len(sides)], at_rows[kept])))
 
     @defer_interrupt()
     def _list_repairs(self, result: ElasticResult) -> Rows:
