@@ -103,7 +103,7 @@ def solve(
     check_writable(path)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
-    for remark in report_implausible_sizes(problem.robot, problem.values):
+    for remark in report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower):
         err.print(f"warning: {remark}", soft_wrap=True)  # before the solve, which may take long and fails
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)

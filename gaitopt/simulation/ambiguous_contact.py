@@ -2,8 +2,8 @@
 
 If accelerations and impulses are unique for every slip of the closed contacts, whatever the forces on the robot, they
 are unique for every mode.  The largest such friction coefficient depends on the posture alone.  With more friction, the
-motion of a single contact that sticks is still unique if its force is in the cone of this coefficient: from the mobility
-G of the contact, the normal acceleration without contact force is -(G_nn f_n + G_nt f_t), which is negative there.
+motion of a single contact that sticks is still unique if its force is in the cone of this coefficient: with the
+mobility G of the contact, its normal acceleration without contact force is -(G_nn f_n + G_nt f_t), negative there.
 """
 
 import itertools
@@ -48,7 +48,9 @@ def describe_ambiguity(gait: PlanarGait, rollout: PlanarRollout) -> str:
         return ""
     least = math.floor(99 * unique) / 100 or unique
     names, margin = " and ".join(ambiguous.contacts), "cone" if ambiguous.in_modes else "impact_cone"
-    text = f"At {time:.4g} s the motion of {names} is unique if friction is at most {least:.3g}: set friction={least:.3g}"
+    text = (
+        f"At {time:.4g} s the motion of {names} is unique if friction is at most {least:.3g}: set friction={least:.3g}"
+    )
     ratio = friction * planned.parameters["static_friction_ratio"]
     if math.isinf(ratio):
         return f"{text}."
@@ -101,7 +103,9 @@ class _Closing:
         for sides in itertools.product(SIDES, repeat=len(bodies)):
             of_body = dict(zip(sorted(bodies), sides, strict=True))
             modes = self._modes | {
-                robot.contact_names[i]: of_body[robot.contacts[i].body] for i in self._closed if robot.contacts[i].slides
+                robot.contact_names[i]: of_body[robot.contacts[i].body]
+                for i in self._closed
+                if robot.contacts[i].slides
             }
             if not contacts.is_well_posed(self._q, self._v, self._closed, modes):
                 return False

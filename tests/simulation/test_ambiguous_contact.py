@@ -23,7 +23,9 @@ def ambiguous():
 def test_an_ambiguous_replay_names_contact_instant_friction_and_margin(ambiguous):
     assert ambiguous.status is Status.NOT_VERIFIED
     (reason,) = ambiguous.verification.reasons
-    pattern = r"At 0 s the motion of heel a is unique if friction is at most (\S+): set friction=\1, .*Margins\(cone=(\S+)\)"
+    pattern = (
+        r"At 0 s the motion of heel a is unique if friction is at most (\S+): set friction=\1, .*Margins\(cone=(\S+)\)"
+    )
     friction, margin = (float(number) for number in re.search(pattern, reason).groups())
     assert "Try less friction" not in reason
     problem = heel_toe_step(0.05, build=BUILD)

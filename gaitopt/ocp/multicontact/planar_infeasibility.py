@@ -27,7 +27,13 @@ from gaitopt.ocp.nlp.elastic import ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
-from gaitopt.ocp.solution.conflict_search import ELASTIC_TOLERANCE, FEASIBLE, SAFETY_FACTOR, ElasticLimits, friction_of_cones
+from gaitopt.ocp.solution.conflict_search import (
+    ELASTIC_TOLERANCE,
+    FEASIBLE,
+    SAFETY_FACTOR,
+    ElasticLimits,
+    friction_of_cones,
+)
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -70,9 +76,7 @@ class PlanarElastic(ElasticLimits):
             least = np.full(self.transcription.variables.size, -math.inf)
             least[self.transcription.variables[Unknown.DURATION]] = SHORTEST * problem.limits.shortest_phase
             sizes = typical_planar_sizes(self.transcription, self.problem)
-            self._relax = functools.partial(
-                ElasticPlan, self.problem, self.transcription, bounds, limits, sizes, least
-            )
+            self._relax = functools.partial(ElasticPlan, self.problem, self.transcription, bounds, limits, sizes, least)
             self._guess = planar_start(self.transcription, self.problem)
             elastic = self._relax()
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
@@ -113,7 +117,9 @@ class PlanarElastic(ElasticLimits):
         solver = self._solver
         if isinstance(solver, Ipopt):
             solver = evolve(solver, max_iterations=min(solver.max_iterations, MOST_ITERATIONS_ALONE))
-        result = self._relax(only=number).minimise(self._guess, self._data, self.prices[[number]], solver, self._observer)
+        result = self._relax(only=number).minimise(
+            self._guess, self._data, self.prices[[number]], solver, self._observer
+        )
         if result.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         slacks, active = np.zeros((2, self.prices.size))
