@@ -109,8 +109,8 @@ def describe_duration(seconds: float, walks: int) -> str:
     Examples
     --------
     >>> describe_duration(0.31, 2000)
-    'verification: a walk from a small push takes 0.31 s, so that all walks take about 10 min, or longer if larger pushes \
-take more steps; Ctrl-C ends the verification and keeps the gains'
+    'verification: a walk from a small push takes 0.31 s, so that all walks take about 10 min, or longer if \
+larger pushes take more steps; Ctrl-C ends the verification and keeps the gains'
     """
     total = seconds * walks
     duration = f"{total / 60:.0f} min" if total >= LONG else f"{max(total, 1.0):.0f} s"
