@@ -62,7 +62,7 @@ def explain_robot_alone(module: Mapping[str, object]) -> str:
     --------
     >>> from gaitopt import compass_biped
     >>> explain_robot_alone({"walker": compass_biped()})[:90]
-    "Robot 'compass_biped' is not a problem: problem() must return a WalkProblem(robot"
+    "Robot 'compass_biped' is not a problem: problem() must return a WalkProblem(robot=...) for"
     """
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
