@@ -68,6 +68,8 @@ def join_reasons(reasons: Iterable[object]) -> str:
 def describe_missing_file(path: str | Path) -> str:
     """Return that there is no file, with the most similar one of the folder: its name with a suffix, or a similar name.
 
+    The file of a failed solve is named if there is one: the missing file would be that of the gait.
+
     Examples
     --------
     >>> describe_missing_file("docs/examples/compass_slip").replace(os.sep, "/")
@@ -81,6 +83,10 @@ def describe_missing_file(path: str | Path) -> str:
         names = []
     suffixes = [path.suffix] if path.suffix else reversed(READABLE)
     stems = {Path(name).stem: name for suffix in suffixes for name in names if Path(name).suffix == suffix}
+    failed = f"{path.stem}_failed.h5"
+    if path.suffix in ("", ".h5") and failed in names and path.stem not in stems:
+        failure = path.with_name(failed)
+        return f"There is no file {path}: its solve found no gait. 'gaitopt show {failure}' states the reason."
     near = get_close_matches(path.stem, stems, n=1, cutoff=0.75)
     hint = f" Did you mean '{path.with_name(stems[near[0]])}'?" if near else ""
     return f"There is no file {path}.{hint}"

@@ -84,8 +84,15 @@ class Parameter:
             raise InputError(f"{self.name} must be a whole number{self._unit()}, got {value!r}.")
         low = number <= self.lower if self.lower_open else number < self.lower
         if low or number > self.upper:
-            raise InputError(f"{self.name} must be {self._interval()}{self._unit()}, got {number:g}.")
+            hint = self._propose_radians(number)
+            raise InputError(f"{self.name} must be {self._interval()}{self._unit()}, got {number:g}.{hint}")
         return number
+
+    def _propose_radians(self, number: float) -> str:
+        """Return a sentence with an invalid angle converted from degrees, if it is then valid; otherwise nothing."""
+        angle = math.radians(number)
+        valid = self.unit == "rad" and abs(number) > 1 and self.lower <= angle <= self.upper
+        return f" If the value is in degrees, state {angle:.4g} rad." if valid else ""
 
     def _unit(self) -> str:
         return "" if self.unit == "1" else f" [{self.unit}]"

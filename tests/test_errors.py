@@ -37,3 +37,15 @@ def test_a_missing_file_is_reported_with_the_most_similar_one(tmp_path):
     for name in ("walk", "hidden", "slip.csv", "other.h5"):
         assert describe_missing_file(tmp_path / name) == f"There is no file {tmp_path / name}."
     assert describe_missing_file(tmp_path / "none" / "slip") == f"There is no file {tmp_path / 'none' / 'slip'}."
+
+
+@pytest.mark.parametrize("name", ["slip.h5", "slip"])
+def test_a_failed_solve_is_named_for_the_missing_file_of_its_gait(name, tmp_path):
+    failure = tmp_path / "slip_failed.h5"
+    failure.touch()
+    expected = (
+        f"There is no file {tmp_path / name}: its solve found no gait. 'gaitopt show {failure}' states the reason."
+    )
+    assert describe_missing_file(tmp_path / name) == expected
+    (tmp_path / "slip.py").touch()
+    assert (describe_missing_file(tmp_path / name) == expected) is (name == "slip.h5")

@@ -71,7 +71,7 @@ def test_bounds_are_closed_unless_said_otherwise():
         (MASS, -1, "mass must be greater than 0 [kg], got -1."),
         (SHARE, 1.5, "share must be at least 0 and at most 1, got 1.5."),
         (SHARE, -1e-9, "share must be at least 0 and at most 1, got -1e-09."),
-        (SLOPE, 2, "slope must be at most 1.5 [rad], got 2."),
+        (SLOPE, 2, "slope must be at most 1.5 [rad], got 2. If the value is in degrees, state 0.03491 rad."),
         (MASS, math.nan, "mass must be a finite number [kg], got nan."),
         (MASS, math.inf, "mass must be a finite number [kg], got inf."),
         (FRICTION, math.nan, "friction must be a finite number, got nan."),

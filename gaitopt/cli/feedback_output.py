@@ -76,6 +76,13 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
     )
 
 
+WIDER_BOUNDS = (
+    "wider bounds may improve the law: ControllerFamily.with_bounds states them in Python, and the script of --law may "
+    "return a ControllerFamily"
+)
+"""Remedy for gains at a bound of the search."""
+
+
 def print_tuning(tuned: "Tuning") -> None:
     """Print the result of tuning as a table."""
     from gaitopt.control.law import Law
@@ -90,7 +97,7 @@ def print_tuning(tuned: "Tuning") -> None:
     table.add_row(*tabulate_gains(tuned.family, gains))
     if tuned.at_bounds:
         sides = ", ".join(f"{name} (at its {side} bound)" for name, side in tuned.at_bounds.items())
-        table.add_row("search bounds", Text(f"{sides}: wider bounds may improve the law", style="yellow"))
+        table.add_row("search bounds", Text(f"{sides}: {WIDER_BOUNDS}", style="yellow"))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius_after)} under the law, "
     worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
-from gaitopt.cli.walk_script import name_walk_commands
+from gaitopt.cli.walk_script import explain_robot_alone, name_walk_commands
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.motion.gait import Gait
@@ -135,7 +135,8 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
         return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
-    return f"{path} has no function {function}(**parameters).{hint}"
+    alone = explain_robot_alone(vars(module)) if function == "problem" and not others else ""
+    return f"{path} has no function {function}(**parameters).{hint} {alone}".rstrip()
 
 
 def _is_defined_in(module: types.ModuleType, value: object) -> bool:
@@ -243,7 +244,8 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
         raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
     kinds = "GaitProblem, PlanarProblem, MultiStepProblem, WalkProblem, PlanarWalkProblem, Family or RobustProblem"
     returned = "None: a return statement is missing" if problem is None else type(problem).__name__
-    raise InputError(f"problem() of {script.path} must return a {kinds}; it returned {returned}.")
+    text = f"problem() of {script.path} must return a {kinds}; it returned {returned}."
+    raise InputError(f"{text} {explain_robot_alone({'problem': problem})}".rstrip())
 
 
 def walk_problem(script: Script) -> "WalkProblem":
@@ -309,7 +311,9 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
             "over a parameter; the guide 'Stability and branches of a custom robot' shows how."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
-        kind = type(problem).__name__
+        kind, alone = type(problem).__name__, explain_robot_alone({"problem": problem})
+        if alone:
+            raise InputError(f"{script.path} returns a {kind}. {alone}")
         verb = "design" if kind in ("Family", "RobustProblem") else "solve"
         raise InputError(
             f"{script.path} returns a {kind}, not a WalkProblem; run 'gaitopt {verb} {script.path}' first and name the "

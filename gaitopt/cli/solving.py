@@ -22,7 +22,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.walk_script import refuse_walk_script
+from gaitopt.cli.walk_script import explain_robot_alone, refuse_walk_script
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
@@ -103,7 +103,7 @@ def solve(
     check_writable(path)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
-    for remark in report_implausible_sizes(problem.robot, problem.values):
+    for remark in report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower):
         err.print(f"warning: {remark}", soft_wrap=True)  # before the solve, which may take long and fails
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
@@ -273,7 +273,8 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
     else:
         raise InputError(
             "'gaitopt show' shows a GaitProblem, PlanarProblem, WalkProblem or PlanarWalkProblem; "
-            f"problem() of {script} returned {type(problem).__name__}."
+            f"problem() of {script} returned {type(problem).__name__}. "
+            f"{explain_robot_alone({'problem': problem})}".rstrip()
         )
     if json:
         print_json(facts | {"file": str(script)})

@@ -13,9 +13,12 @@ if TYPE_CHECKING:
 LONG = 120.0
 """Time from which a duration is stated in minutes [s]."""
 
+ENOUGH, MOST_TIMED = 0.5, 20
+"""Time [s] and number of walks after which the time of a walk is known."""
+
 
 class TuningAnnouncement:
-    """Prints on standard error what a tuning computes, and after two walks how long its verification takes.
+    """Prints on standard error what a tuning computes, and after some walks how long its verification takes.
 
     Parameters
     ----------
@@ -27,7 +30,7 @@ class TuningAnnouncement:
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
         self._search, self._test, self._hidden = search, test, hidden
-        self._walks, self._first = 0, 0.0
+        self._walks, self._first, self._announced = 0, 0.0, False
 
     def begin(self) -> None:
         """Print the maximum number of evaluations of the search, and of walks of the verification."""
@@ -35,16 +38,20 @@ class TuningAnnouncement:
         self._print(describe_verification(self._test))
 
     def time_walk(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
-        """Return a step; print the expected duration of the verification after its second walk, which is timed.
+        """Return a step; print the expected duration of the verification once some of its walks are timed.
 
-        The time of the first walk is not known: before it, the law of the best gains is assessed.
+        The time of the first walk is not known: before it, the law of the best gains is assessed.  The times of walks
+        differ by their numbers of steps, so that short ones are averaged.
         """
         if isinstance(step, VerificationStep):
             self._walks += 1
             if self._walks == 1:
                 self._first = time.perf_counter()
-            elif self._walks == 2:
-                self._print(describe_duration(time.perf_counter() - self._first, self._test.most_walks))
+            elif not self._announced:
+                elapsed, count = time.perf_counter() - self._first, self._walks - 1
+                if elapsed >= ENOUGH or self._walks >= min(MOST_TIMED, self._test.starts):
+                    self._announced = True
+                    self._print(describe_duration(elapsed / count, self._test.most_walks))
         return step
 
     def _print(self, text: str) -> None:
@@ -95,19 +102,19 @@ def describe_duration(seconds: float, walks: int) -> str:
     Parameters
     ----------
     seconds : float
-        Duration of a walk.
+        Mean duration of the first walks.
     walks : int
         Approximate maximum number of walks.
 
     Examples
     --------
     >>> describe_duration(0.31, 2000)
-    'verification: a walk takes about 0.31 s, so that all walks take about 10 min at most; Ctrl-C ends the \
-verification and keeps the gains'
+    'verification: a walk from a small push takes 0.31 s, so that all walks take about 10 min, or longer if \
+larger pushes take more steps; Ctrl-C ends the verification and keeps the gains'
     """
     total = seconds * walks
     duration = f"{total / 60:.0f} min" if total >= LONG else f"{max(total, 1.0):.0f} s"
     return (
-        f"verification: a walk takes about {seconds:.2g} s, so that all walks take about {duration} at most; Ctrl-C "
-        "ends the verification and keeps the gains"
+        f"verification: a walk from a small push takes {seconds:.2g} s, so that all walks take about {duration}, "
+        "or longer if larger pushes take more steps; Ctrl-C ends the verification and keeps the gains"
     )

@@ -1,5 +1,6 @@
-"""Scripts with a periodic walk in place of a result: the commands that accept them."""
+"""Scripts with a periodic walk in place of a result, or with a robot alone: which commands or problems are needed."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from gaitopt.errors import InputError
@@ -21,7 +22,7 @@ hopper.py'"
 
 
 def refuse_walk_script(file: Path) -> None:
-    """Raise InputError if a file is a script with a walking problem, which has no result to be solved first.
+    """Raise InputError if a file is a script with a walking problem or a robot alone: no result can be solved first.
 
     Any other file, also a script with an error, is left to the reader of the result.
 
@@ -39,8 +40,41 @@ def refuse_walk_script(file: Path) -> None:
         problem = read_script(file)()
     except Exception:  # not a script with a problem, which the reader of the result reports as a script
         return
+    alone = explain_robot_alone({"problem": problem})
+    if alone:
+        raise InputError(f"{file} is a script with a robot alone, not a result. {alone}")
     if isinstance(problem, WalkProblem | PlanarWalkProblem):
         raise InputError(
             f"{file} is a script with a walking problem without optimisation ({type(problem).__name__}), not a result; "
             f"{name_walk_commands(file)}."
         )
+
+
+def explain_robot_alone(module: Mapping[str, object]) -> str:
+    """Return which problem a script with a robot and without a problem needs; empty if it has no robot.
+
+    Parameters
+    ----------
+    module : mapping of str to object
+        Variables of the script by name, or what its function returns.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> explain_robot_alone({"walker": compass_biped()})[:90]
+    "Robot 'compass_biped' is not a problem: problem() must return a WalkProblem(robot=...) for"
+    """
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.robot import Robot
+
+    robot = next((value for value in module.values() if isinstance(value, Robot | PlanarRobot)), None)
+    if robot is None:
+        return ""
+    if isinstance(robot, Robot):
+        needed = "a WalkProblem(robot=...) for its passive gaits, or a GaitProblem(robot=...) for optimal ones"
+        return f"Robot {robot.name!r} is not a problem: problem() must return {needed}; see docs/howto/custom_robot.md."
+    return (
+        f"Robot {robot.name!r} is not a problem: problem() must return a PlanarWalkProblem(robot=..., section=..., "
+        "coordinates=..., rates=...) for its passive gaits, or a PlanarProblem(robot=...) for optimal ones; see "
+        "docs/howto/custom_robot_walks.md."
+    )

@@ -12,6 +12,9 @@ LONGEST, SHORTEST, HEAVIEST, LIGHTEST, STRONGEST = 20.0, 1e-3, 1000.0, 1e-3, 100
 """Largest plausible length [m], least plausible size of a robot [m], largest plausible mass of a part [kg], least
 plausible mass of a robot [kg], and largest plausible gravity [m/s^2]."""
 
+FARTHEST = 10.0
+"""Largest plausible step length over the largest length of its robot; a robot may fly during a step."""
+
 WIDEST = 3.0
 """Largest plausible radius of gyration of a body over the largest length of its robot."""
 
@@ -26,8 +29,8 @@ USUAL = {"m": (0.02, 2.0), "kg": (0.1, 200.0), "m/s^2": (1.0, 30.0)}
 """Usual values of a quantity: the likely unit is the first one in which a value is usual."""
 
 
-def report_implausible_sizes(robot: Any, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a sentence for each size of a robot that is implausible, with the likely unit.
+def report_implausible_sizes(robot: Any, values: Mapping[str, float], step_length: float = 0.0) -> tuple[str, ...]:
+    """Return a sentence for each size of a robot, and for its step, that is implausible, with the likely unit.
 
     Lengths, masses, gravity and moments of inertia that are parameters are named; lengths that are numbers of the
     script are found by the distances between the points of the drawing, and moments of inertia by the mass matrix.
@@ -37,6 +40,8 @@ def report_implausible_sizes(robot: Any, values: Mapping[str, float]) -> tuple[s
     robot : Robot or PlanarRobot
     values : mapping of str to float
         Values of all parameters.
+    step_length : float, optional
+        Least step length [m].
 
     Examples
     --------
@@ -44,7 +49,7 @@ def report_implausible_sizes(robot: Any, values: Mapping[str, float]) -> tuple[s
     >>> print(*report_implausible_sizes(compass_biped(), compass_biped().resolve({"leg_length": 900})))
     leg_length = 900 m is implausible: lengths of a robot are at most 20 m. If the value is in mm, state 0.9 m.
     """
-    stated = (*_report_limits(robot.parameters, values), *_report_least(robot, values))
+    stated = (*_report_limits(robot.parameters, values), *_report_totals(robot, values))
     if any(" m is implausible" in sentence for sentence in stated):
         return stated  # the geometry repeats the parameter
     length = max((abs(value) for _, value in _select(robot.parameters, values, "m")), default=0.0)
@@ -54,8 +59,9 @@ def report_implausible_sizes(robot: Any, values: Mapping[str, float]) -> tuple[s
             *stated,
             f"Robot {robot.name!r}: the points of its drawing are up to {extent:.3g} m apart; lengths must be in m.",
         )
-    wide = _report_inertias(robot.parameters, values, max(length, extent))
-    return (*stated, *(wide or _report_mass_matrix(robot, values, q, max(length, extent))))
+    size = max(length, extent)
+    wide = _report_inertias(robot.parameters, values, size) or _report_mass_matrix(robot, values, q, size)
+    return (*stated, *wide, *_report_step(step_length, size))
 
 
 def _report_limits(parameters: Sequence[Parameter], values: Mapping[str, float]) -> list[str]:
@@ -73,8 +79,8 @@ def _report_limits(parameters: Sequence[Parameter], values: Mapping[str, float])
     ]
 
 
-def _report_least(robot: Any, values: Mapping[str, float]) -> list[str]:
-    """Return a sentence if the largest length, or the total mass, is too small."""
+def _report_totals(robot: Any, values: Mapping[str, float]) -> list[str]:
+    """Return a sentence if the largest length is too small, or the total mass too small or too large."""
     sentences = []
     lengths = [(abs(value), name) for name, value in _select(robot.parameters, values, "m")]
     if lengths and 0 < max(lengths)[0] < SHORTEST:
@@ -84,6 +90,12 @@ def _report_least(robot: Any, values: Mapping[str, float]) -> list[str]:
             + _name_unit(value, "m")
         )
     mass = float(robot.mass(_vector(robot, values)))
+    stated = [value for _, value in _select(robot.parameters, values, "kg")]
+    if mass > HEAVIEST * (1 + len(stated)) and max(stated, default=0.0) <= HEAVIEST:  # numbers of the script
+        sentences.append(
+            f"Robot {robot.name!r}: the total mass of {mass:.4g} kg is implausible: masses of the parts of a robot are "
+            f"at most {HEAVIEST:g} kg. Masses must be in kg."
+        )
     if 0 < mass < LIGHTEST:
         sentences.append(
             f"The total mass of {mass:.3g} kg is implausible: it is at least {LIGHTEST:g} kg.{_name_unit(mass, 'kg')}"
@@ -122,6 +134,16 @@ def _report_mass_matrix(robot: Any, values: Mapping[str, float], q: np.ndarray, 
                 f"the robot is {size:.3g} m. Inertias must be in kg m^2 and masses in kg."
             ]
     return []
+
+
+def _report_step(step_length: float, size: float) -> list[str]:
+    """Return a sentence if a step is too long for the size of the robot."""
+    if not 0 < FARTHEST * size < step_length:
+        return []
+    return [
+        f"step_length = {step_length:.6g} m is implausible: the largest length of the robot is {size:.3g} m."
+        + _name_unit(step_length, "m")
+    ]
 
 
 def _measure_extent(robot: Any, values: Mapping[str, float]) -> tuple[np.ndarray, float]:

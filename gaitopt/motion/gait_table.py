@@ -59,7 +59,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
 
 NOT_YET_VERIFIED = (
     "A value that would suffice relaxes the conflict at the nodes of a coarse grid; no gait has been solved and "
-    "verified with it yet. If that solve ends as plan_inaccurate, relax the limit further."
+    "verified with it yet. If that solve ends as plan_inaccurate or not_verified, relax the limit further."
 )
 """Meaning of the sufficient value of a conflict."""
 

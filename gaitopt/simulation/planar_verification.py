@@ -19,6 +19,7 @@ from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegmen
 from gaitopt.motion.undecided_touchdowns import find_undecided_touchdowns
 from gaitopt.parameters import check_type
 from gaitopt.reductions import worst
+from gaitopt.simulation.ambiguous_contact import describe_ambiguity
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, make_planar_motion, make_planar_segment
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
@@ -217,7 +218,10 @@ def _table(segments: Sequence[PlanarSegment]) -> tuple[Array, Array]:
 def _compare(gait: PlanarGait, rollout: PlanarRollout, tolerances: Tolerances) -> PlanarVerification:
     planned, walked, reasons = gait.motion, rollout.motion, []
     if rollout.stop is not Stop.EVENT_REACHED:
-        reasons.append(f"the replay stopped {_describe_end(walked)}: {rollout.stop.hint}")
+        hint, remedy = rollout.stop.hint, describe_ambiguity(gait, rollout) if rollout.stop is Stop.AMBIGUOUS else ""
+        if remedy:  # instead of the general one
+            hint = f"{hint.partition(' Try ')[0]} {remedy}"
+        reasons.append(f"the replay stopped {_describe_end(walked)}: {hint}")
     differs = bool(walked.segments) and walked.sequence != planned.sequence
     differences = describe_differences(gait.robot, planned, walked)
     reasons += differences if differs else []

@@ -103,6 +103,25 @@ def test_scripts_that_cannot_be(command, script, folder, case):
     assert command("solve", "own.py", "--json").json["status"] == "error"
 
 
+MONOPOD = "from gaitopt.model import monopod\n\nrobot = monopod()\n"
+
+
+@pytest.mark.parametrize("text", [MONOPOD, f"{MONOPOD}\n\ndef problem():\n    return robot\n"])
+@pytest.mark.parametrize("verb", ["solve", "stability", "show"])
+def test_a_robot_alone_is_to_become_a_problem(command, script, folder, verb, text):
+    run = refused(
+        command(verb, script(text)), folder, ["own.py"], said="Robot 'monopod' is not a problem: problem() must"
+    )
+    assert "a PlanarWalkProblem(robot=..., section=..., coordinates=..., rates=...) for its passive gaits" in run.err
+    assert run.err.rstrip().endswith("see docs/howto/custom_robot_walks.md.")
+    assert "first" not in run.err  # `solve` refuses it
+
+
+def test_a_script_with_a_robot_alone_has_no_result_that_is_to_be_solved_first(command, script):
+    run = command("plot", script(f"{MONOPOD}\n\ndef problem():\n    return robot\n"), "--quiet")
+    assert "own.py is a script with a robot alone, not a result." in run.err
+
+
 @pytest.mark.parametrize("verb", ["plot", "doctor"])
 def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, folder, verb):
     run = command(verb, script("def problem():\n    return 3\n"), "--quiet")

@@ -33,9 +33,9 @@ def test_a_search_is_described_by_its_parts():
     ("seconds", "walks", "duration"),
     [(0.31, 2000, "10 min"), (0.01, 20, "1 s"), (0.05, 2000, "100 s"), (6, 2000, "200 min")],
 )
-def test_the_duration_follows_from_a_walk(seconds, walks, duration):
+def test_the_duration_follows_from_that_of_a_walk(seconds, walks, duration):
     text = describe_duration(seconds, walks)
-    assert f"a walk takes about {seconds:g} s, so that all walks take about {duration} at most" in text
+    assert f"a walk from a small push takes {seconds:g} s, so that all walks take about {duration}, or longer" in text
 
 
 def test_walks_are_announced_before_the_search_and_their_duration_after_the_second_one(monkeypatch):
@@ -51,6 +51,18 @@ def test_walks_are_announced_before_the_search_and_their_duration_after_the_seco
     assert printed[2] == describe_duration(0.5, 2000)
 
 
+def test_short_walks_are_averaged(monkeypatch):
+    """The second walk takes 1 ms, the others 9 ms: all walks take 17 s, not 2 s."""
+    printed, times = [], iter([10.0, *(10.001 + 0.009 * walk for walk in range(30))])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    for walk in range(1, 30):
+        announcement.time_walk(VerificationStep(0.125, walk, 200))
+        assert len(printed) == (walk >= 20)
+    assert "about 17 s, or longer" in printed[0]
+
+
 @pytest.mark.parametrize("option", ["", "--json", "--quiet"])
 def test_tune_states_the_cost_of_search_and_verification(command, slip_file, option):
     run = command("tune", slip_file, *SHORT, *filter(None, [option]))
@@ -58,7 +70,7 @@ def test_tune_states_the_cost_of_search_and_verification(command, slip_file, opt
     texts = [
         "search: at most 4 evaluations: the initial gains and one simplex search of at most 3 evaluations",
         "verification: about 20 walks at most, of at most 30 steps each, from 2 random pushes (--starts)",
-        "verification: a walk takes about",
+        "verification: a walk from a small push takes",
     ]
     assert [text in run.err for text in texts] == [not option] * 3
     if not option:

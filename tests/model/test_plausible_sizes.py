@@ -5,13 +5,14 @@ import re
 import casadi as ca
 import pytest
 
-from gaitopt import GaitProblem, PointContact, RigidLink, check_robot, compass_biped, solve
+from gaitopt import GaitProblem, InputError, PointContact, RigidLink, check_robot, compass_biped, solve
 from gaitopt.model import PlanarCoordinates, assemble_planar, check_planar
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robots.catalogue import CATALOGUE
 from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
 from gaitopt.ocp import Ipopt
 from gaitopt.parameters import Parameter
+from tests.walkers.heel_toe import Build, heel_toe_step, heel_toe_walker
 
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")
 
@@ -81,3 +82,31 @@ def test_a_solve_warns_of_implausible_sizes():
     )
     gait = solve(problem, solver=Ipopt(max_iterations=2))
     assert any(warning.startswith("leg_mass = 5000 kg is implausible") for warning in gait.solver.warnings)
+
+
+def test_masses_that_are_no_parameters_are_found_by_the_total_mass():
+    robot = heel_toe_walker(0.05, Build(leg_mass=3000.0))
+    (sentence,) = report_implausible_sizes(robot, robot.resolve({}))
+    assert sentence.endswith(
+        "mass of 6012 kg is implausible: masses of the parts of a robot are at most 1000 kg. Masses must be in kg."
+    )
+    assert report_implausible_sizes(heel_toe_walker(0.05), robot.resolve({})) == ()
+
+
+def test_a_solve_warns_of_a_step_that_is_implausible_for_the_robot():
+    problem = heel_toe_step(0.05).replace(step_length=420.0, speed=None)
+    gait = solve(problem, solver=Ipopt(max_iterations=2))
+    text = "step_length = 420 m is implausible: the largest length of the robot is 1 m. If the value is in mm, state"
+    assert gait.solver.warnings[0] == f"{text} 0.42 m."
+
+
+def test_a_step_of_several_contacts_that_takes_too_long_is_refused():
+    with pytest.raises(InputError, match=r"takes 525 s, more than PlanarLimits\.longest_step = 10 s"):
+        heel_toe_step(0.05).replace(step_length=420.0, speed=0.8)
+
+
+def test_a_slope_in_degrees_is_refused_with_its_value_in_radians():
+    with pytest.raises(InputError, match=r"got 3. If the value is in degrees, state 0.05236 rad\.$"):
+        heel_toe_step(0.05).replace(slope=3.0)
+    with pytest.raises(InputError, match=r"got 300.$"):
+        heel_toe_step(0.05).replace(slope=300.0)

@@ -5,13 +5,14 @@ from types import SimpleNamespace
 import pytest
 
 from gaitopt import Collocation, Status
+from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, _find_conflicts, _list_insufficient
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.progress import silent
 from tests.ocp.multicontact_examples import walk
-from tests.walkers.heel_toe import heel_toe_step
+from tests.walkers.heel_toe import Build, heel_toe_step
 
 SMALL = {"ankle A": 1.0, "hip": 1.0, "ankle B": 0.0}
 """Torque limits [N m] with which the compass does not reach its speed."""
@@ -22,6 +23,35 @@ def relax(problem, name):
     elastic = PlanarElastic(problem, Ipopt(tolerance=1e-6), silent)
     (number,) = (i for i, limit in enumerate(elastic.limits) if name in limit.name)
     return elastic, number, elastic._relax_only(number)
+
+
+def weak_walker(torque):
+    """Return the problem of a walker that drags its heel through the ground if only its torque were relaxed."""
+    problem = heel_toe_step(0.05, build=Build(12.0, 3.0, 0.15, 0.9, 0.36, -0.05, 0.10, torque))
+    return problem.replace(speed=0.8, step_length=0.42)
+
+
+def test_a_motion_that_exceeds_a_limit_has_no_touchdown_from_below():
+    elastic, number, alone = relax(weak_walker(2.0), "torque")
+    assert elastic.suffices(number, alone)
+    motion = elastic.motion(alone)
+    assert not any(each.is_touchdown_from_below for each in find_penetrations(elastic.problem.robot, motion))
+    assert alone.multipliers[1].size == elastic._relax(only=number)._plain.nlp.n_constraints
+
+
+def test_a_limit_does_not_suffice_if_a_contact_drags_through_the_ground():
+    problem = weak_walker(60.0).replace(sequence="toe a stick | heel a stick |")
+    elastic = PlanarElastic(problem, Ipopt(tolerance=1e-6), silent)
+    nearest = elastic.minimise_excess()
+    assert nearest.status is Status.PLAN_INACCURATE
+    assert elastic.excess(nearest) > 1e-3  # no gait exists even if contacts may drag
+    assert not elastic.suffices(0, nearest)
+
+
+@pytest.mark.slow
+def test_the_torque_that_suffices_leads_to_a_gait():
+    conflicts = {conflict.setting: conflict.sufficient for conflict in solve_planar(weak_walker(2.0)).solver.conflicts}
+    assert solve_planar(weak_walker(conflicts["PlanarLimits.torque"])).status is Status.SOLVED
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Conflicting limits of the gait of a planar robot, and a start from a motion that satisfies all limits."""
 
+import functools
 import math
 import time
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.ocp.multicontact.elastic_plan import ElasticPlan
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
@@ -21,12 +23,17 @@ from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits,
 from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
-from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
+from gaitopt.ocp.nlp.elastic import ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.keys import Kind, Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
-from gaitopt.ocp.solution.conflict_search import ELASTIC_TOLERANCE, SAFETY_FACTOR, ElasticLimits, friction_of_cones
-from gaitopt.ocp.solution.relaxable_limits import relaxed_sides
+from gaitopt.ocp.solution.conflict_search import (
+    ELASTIC_TOLERANCE,
+    FEASIBLE,
+    SAFETY_FACTOR,
+    ElasticLimits,
+    friction_of_cones,
+)
 from gaitopt.progress import Observer
 from gaitopt.status import Status
 
@@ -69,9 +76,9 @@ class PlanarElastic(ElasticLimits):
             least = np.full(self.transcription.variables.size, -math.inf)
             least[self.transcription.variables[Unknown.DURATION]] = SHORTEST * problem.limits.shortest_phase
             sizes = typical_planar_sizes(self.transcription, self.problem)
-            elastic = ElasticNlp(self.transcription.nlp, bounds, relaxed_sides(limits, bounds), sizes, least)
-            self._bounds, self._least, self._sizes = bounds, least, sizes
+            self._relax = functools.partial(ElasticPlan, self.problem, self.transcription, bounds, limits, sizes, least)
             self._guess = planar_start(self.transcription, self.problem)
+            elastic = self._relax()
         solver = solver.with_refinement() if isinstance(solver, Ipopt) else solver
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
         self.insufficient: tuple[str, ...] = ()
@@ -108,12 +115,12 @@ class PlanarElastic(ElasticLimits):
 
     def _relax_only(self, number: int) -> ElasticResult:
         """Return the motion near the guess that exceeds one limit as little as possible and no others."""
-        sides = tuple(replace(side, limit=0) for side in self._elastic.sides if side.limit == number)
-        elastic = ElasticNlp(self.transcription.nlp, self._bounds, sides, self._sizes, self._least)
         solver = self._solver
         if isinstance(solver, Ipopt):
             solver = evolve(solver, max_iterations=min(solver.max_iterations, MOST_ITERATIONS_ALONE))
-        result = elastic.minimise(self._guess, self._data, self.prices[[number]], solver, self._observer)
+        result = self._relax(only=number).minimise(
+            self._guess, self._data, self.prices[[number]], solver, self._observer
+        )
         if result.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         slacks, active = np.zeros((2, self.prices.size))
@@ -213,7 +220,7 @@ def conclude_planar_failure(
         return failure.replace_fields(status=Status.INTERRUPTED)
     if not conflicts and problem.free:
         return _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once)
-    if not conflicts:
+    if not conflicts and (nearest.status is not Status.PLAN_INACCURATE or elastic.excess(nearest) <= FEASIBLE):
         message = failure.solver.message + _list_insufficient(elastic.insufficient)
         return failure.replace_fields(solver=failure.solver.replace_fields(message=message))
     report = failure.solver.replace_fields(

@@ -312,3 +312,8 @@ class PlanarProblem:
                 f"less than the {shortest:g} s that the sequence '{self.sequence}' needs "
                 "(PlanarLimits.shortest_phase in each phase)."
             )
+        if math.isfinite(speed.upper) and step.lower / speed.upper > self.limits.longest_step:
+            raise InputError(
+                f"step_length {step.lower:g} m at speed {speed.upper:g} m/s takes {step.lower / speed.upper:.3g} s, "
+                f"more than PlanarLimits.longest_step = {self.limits.longest_step:g} s."
+            )

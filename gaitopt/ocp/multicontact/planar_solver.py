@@ -370,7 +370,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=report_implausible_sizes(problem.robot, values) + result.warnings,
+            warnings=report_implausible_sizes(problem.robot, values, problem.step_length_range.lower) + result.warnings,
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

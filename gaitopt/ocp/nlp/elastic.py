@@ -10,6 +10,7 @@ if the NLP is feasible near the initial point.  The proximal term, whose weight 
 
 import functools
 import math
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -80,6 +81,32 @@ class ElasticResult:
     multipliers: tuple[Array, Array]
 
 
+class ElasticForm(Protocol):
+    """A problem with elastic limits; see :class:`ElasticNlp`, whose attributes and methods it has."""
+
+    @property
+    def sides(self) -> tuple[RelaxedSide, ...]:
+        """Relaxed sides of the bounds."""
+
+    @property
+    def n_limits(self) -> int:
+        """Number of slacks."""
+
+    def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:
+        """Return the excess of a point over each limit, and the side of largest excess."""
+
+    def minimise(
+        self,
+        x: Array,
+        data: Array,
+        prices: Array,
+        solver: NlpSolver,
+        observer: Observer,
+        multipliers: tuple[Array, Array] | None = None,
+    ) -> ElasticResult:
+        """Minimise the weighted sum of the slacks."""
+
+
 class ElasticNlp:
     """An NLP with elastic limits.
 
@@ -130,6 +157,10 @@ class ElasticNlp:
         n = self._original.n_variables
         slacks, active = np.maximum(result.x[n:], 0), self._activity(result, prices)
         return ElasticResult(result.status, result.x[:n], slacks, active, result.iterations, result.multipliers)
+
+    def zero_multipliers(self) -> tuple[Array, Array]:
+        """Return multipliers of zero, with which the solver stays near its initial point."""
+        return np.zeros(self.nlp.n_variables), np.zeros(self.nlp.n_constraints)
 
     @defer_interrupt()
     def find_excesses(self, x: Array, data: Array) -> tuple[Array, list[RelaxedSide | None]]:

@@ -9,7 +9,7 @@ from attrs import evolve
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.active_set import Newton
-from gaitopt.ocp.nlp.elastic import ElasticNlp, ElasticResult
+from gaitopt.ocp.nlp.elastic import ElasticForm, ElasticResult
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.solution.relaxable_limits import RelaxableLimit
@@ -41,7 +41,7 @@ class ElasticLimits:
 
     Parameters
     ----------
-    elastic : ElasticNlp
+    elastic : ElasticForm
     limits : sequence of RelaxableLimit
         Its limits; the last ones may have no side in `elastic`.
     data : array
@@ -52,7 +52,7 @@ class ElasticLimits:
 
     def __init__(
         self,
-        elastic: ElasticNlp,
+        elastic: ElasticForm,
         limits: Sequence[RelaxableLimit],
         data: Array,
         solver: NlpSolver,
