@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # the modules of the laws are imported when a law is made
 OPEN_LOOP = "feedforward"
 HEADROOM = 1.2
 """Default torque limit of a law relative to the limit of the plan."""
+FEW_GAINS = 6
+"""Number of gains that are stated with the name of a law."""
 
 
 def find_feedback(
@@ -90,6 +92,22 @@ def law_title(name: str, stance_angle: bool) -> str:
 
     title = "open loop" if name == OPEN_LOOP else name if split_script_law(name) else law_name(name)
     return f"{title} by stance angle" if stance_angle else title
+
+
+def describe_law(name: str, stance_angle: bool, gains: Mapping[str, float] | None = None) -> str:
+    """Return the name of a feedback law with its gains if they are few; empty for the open loop.
+
+    Examples
+    --------
+    >>> describe_law("pd", False, {"stiffness": 90.0, "damping": 18.0})
+    'joint_pd, stiffness 90 N m/rad, damping 18 N m s/rad'
+    """
+    from gaitopt.tuning.gain_units import format_gains
+
+    if name == OPEN_LOOP and not stance_angle:
+        return ""
+    title = law_title(name, stance_angle)
+    return f"{title}, {format_gains(title.split()[0], gains)}" if gains and len(gains) <= FEW_GAINS else title
 
 
 def _is_file(name: str) -> bool:

@@ -4,6 +4,7 @@ import itertools
 from typing import TYPE_CHECKING
 
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.cli.output import out, print_json, verdict_text
@@ -75,7 +76,7 @@ def _check_steps(steps: int) -> None:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
 
 
-def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, *, json: bool) -> None:
+def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, law: str, *, json: bool) -> None:
     """Print periodic gaits of a robot with several contacts, as JSON with the engine that was used, or as a table."""
     from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle
 
@@ -83,11 +84,11 @@ def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, *, json
         used, gaits = planar_engine_named(engine).name, [summarise_planar_cycle(cycle) for cycle in cycles]
         print_json({"engine": used, "gaits": gaits})
     else:
-        print_planar_cycles(cycles)
+        print_planar_cycles(cycles, law)
 
 
-def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
-    """Print periodic gaits of a robot with several contacts as a table."""
+def print_planar_cycles(cycles: tuple["PlanarCycle", ...], law: str = "") -> None:
+    """Print periodic gaits of a robot with several contacts as a table, whose title names the feedback law if any."""
     from gaitopt.stability.critical_friction import describe_critical_friction
 
     if not cycles:
@@ -99,7 +100,7 @@ def print_planar_cycles(cycles: tuple["PlanarCycle", ...]) -> None:
         box=box.SIMPLE,
         pad_edge=False,
         show_lines=True,
-        title="periodic gaits",
+        title=f"periodic gaits{f' under {escape(law)}' if law else ''}",
         caption=f"State (SI units, rad) after the event '{first.section}' and the leg exchange, if any{excluded}. "
         "Critical friction: lowest friction without slipping.",
         title_justify="left",

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from gaitopt.cli.output import out, verdict_text
@@ -28,8 +29,8 @@ ROUNDING, LEAST_STATE = 1e-9, 1e-12
 """Magnitudes of parts of multipliers, and of values of a state, below which they are printed as 0."""
 
 
-def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
-    """Print periodic gaits as a table."""
+def print_cycles(cycles: tuple[Cycle, ...], engine: Engine, law: str = "") -> None:
+    """Print periodic gaits as a table, whose title names the feedback law if there is one."""
     if not cycles:
         out.print(f"no periodic gait found (engine {engine.name}); try more --starts or another slope or friction")
         return
@@ -37,7 +38,7 @@ def print_cycles(cycles: tuple[Cycle, ...], engine: Engine) -> None:
         box=box.SIMPLE,
         pad_edge=False,
         show_lines=True,
-        title=f"periodic gaits (engine {engine.name})",
+        title=f"periodic gaits{f' under {escape(law)}' if law else ''} (engine {engine.name})",
         caption="State after touchdown [rad, rad/s, m/s]. Critical friction: lowest friction without slipping. "
         f"Parts of multipliers below {ROUNDING:g} are printed as 0.",
         title_justify="left",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import numpy as np
 import typer
 
-from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
+from gaitopt.cli.law_option import OPEN_LOOP, describe_law, find_feedback
 from gaitopt.cli.options import (
     CyclePeriod,
     CycleStarts,
@@ -90,7 +90,7 @@ def stability(
         cycles = find_planar_gaits(request, starts, steps=steps, law=option)
         subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
-        report_planar_cycles(cycles or (), engine, json=json)
+        report_planar_cycles(cycles or (), engine, describe_law(law, stance_angle), json=json)
         if not cycles:
             print_reason(NO_GAIT)
             err.print(explain_no_gait(request, engine), soft_wrap=True)
@@ -98,7 +98,7 @@ def stability(
     if json:
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
-        print_cycles(subject.gaits, subject.engine)
+        print_cycles(subject.gaits, subject.engine, describe_law(law, stance_angle, subject.law.gain_values))
     if not subject.gaits:
         print_reason(NO_GAIT)
     raise typer.Exit(0 if subject.gaits else 1)

@@ -50,12 +50,12 @@ def describe_critical_friction(critical: CriticalFriction | None, sequence: str)
     Examples
     --------
     >>> describe_critical_friction(None, "slip+ stick | slip+"), describe_critical_friction(None, "sole closed |")
-    ('slips', 'no friction')
+    ('none (the gait slips)', 'no friction')
     >>> describe_critical_friction(CriticalFriction(0.236, 0.1, np.zeros(4), 0.8), "stick | stick")
     '0.8 (impact)'
     """
     if critical is None:
-        return "slips" if "slip+" in sequence or "slip-" in sequence else "no friction"
+        return "none (the gait slips)" if "slip+" in sequence or "slip-" in sequence else "no friction"
     return f"{critical.impact:.6g} (impact)" if critical.impact > critical.friction else f"{critical.friction:.6g}"
 
 

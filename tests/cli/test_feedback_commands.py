@@ -65,6 +65,15 @@ def test_stability_under_a_law(capsys):
     assert gait["radius"] < 0.3
 
 
+def test_the_title_of_stability_names_the_law_and_its_gains(capsys):
+    _, text = run(capsys, "stability", GAIT, "--law", "pd", "--gain", "hip_stiffness=30")
+    shown = " ".join(text.out.split())
+    assert shown.startswith("periodic gaits under joint_pd, ankle_stiffness 24 N m/rad, hip_stiffness 30 N m/rad, ")
+    assert "none (the gait slips)" in shown
+    _, text = run(capsys, "stability", GAIT)
+    assert text.out.startswith("periodic gaits (engine ")
+
+
 @pytest.mark.slow
 def test_tune_prints_what_was_found(capsys):
     arguments = ("tune", GAIT, "--law", "computed-torque", "--torque-limit", "8", "--starts", "2", "--json")
