@@ -52,7 +52,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     parameter = Text(f"{diagram.parameter}{unit}")
     titles: list[str | Text] = ["branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"]
     for title in titles:
-        branches.add_column(title, no_wrap=True)
+        branches.add_column(title, no_wrap=title not in ("begins", "ends"))
     for number, branch in enumerate(diagram.branches):
         ends = branch.values[[0, -1]]
         spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]

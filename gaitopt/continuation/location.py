@@ -20,6 +20,8 @@ SHORTEST_CHORD = 1e-13
 """Scaled distance of two points below which the interval between them is not divided further."""
 SHORTEST_PIECE = 1e-7
 """Scaled distance of two points below which no bifurcation is sought between them."""
+SAME_BRANCH = 1e-5
+"""Scaled distance of two branches that pass each other below which they cross, within rounding errors."""
 LARGEST_WIDTH = 1e-6
 """Width, relative to the range of the parameter, above which the zero of a test function is no bifurcation."""
 STEEPEST = 0.05
@@ -138,7 +140,7 @@ def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test
         sides[value > 0] = share, point
         (low, before), (high, after) = sides[True], sides[False]
         gap = float(np.linalg.norm(stepper.position(after) - stepper.position(before)))
-        if gap > max(SHORTEST_PIECE, abs(high - low) * length / STEEPEST):
+        if gap > max(SAME_BRANCH, abs(high - low) * length / STEEPEST):
             raise LocationError  # a branch point that is imperfect: two branches pass each other
         return value
 
