@@ -236,7 +236,7 @@ class BranchFollower:
         """Return the bifurcations between two points of the same structure."""
 
         def observe(kind: SpecialKind, value: float) -> None:
-            self._observe_work(f"locating a {kind.label}", value)
+            self._observe_work(f"locating a special point ({kind.label})", value)
 
         return smooth_special_points(self.stepper, one, other, self.name, observe)
 

@@ -38,7 +38,7 @@ class SpecialKind(Enum):
     NO_TOUCHDOWN = "the swing foot does not touch down within the time limit of a step"
     DOUBLE_SUPPORT = "the trailing foot no longer separates at the touchdown"
     PAINLEVE = "slip is no longer well posed"
-    UNBOUNDED_MULTIPLIER = "a multiplier grows without bound: a contact closes with almost no normal velocity"
+    UNBOUNDED_MULTIPLIER = "a multiplier grows without bound, as where a contact closes with no normal velocity"
     END = "no gait was found beyond this point"
 
     @property

@@ -219,7 +219,7 @@ class _Tracer:
                 continue
             point = stepper.initialise(z, value, direction)
             if point is not None:
-                sides.append(self._follow(family, stepper, point))
+                sides.append(self._follow(family, stepper, point, other_side=sides[0] if sides else None))
         if not sides:
             raise InputError(
                 f"The start is not a periodic gait at {self.source.parameter} = {value:.6g}; find one there with "
@@ -269,16 +269,26 @@ class _Tracer:
         return branch
 
     def _follow(
-        self, family: AnyFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False
+        self,
+        family: AnyFamily,
+        stepper: Stepper,
+        start: CurvePoint,
+        *,
+        to_doubling: bool = False,
+        other_side: GaitBranch | None = None,
     ) -> GaitBranch:
-        """Return the branch from a point on; or up to its first period doubling."""
+        """Return the branch from a point on; or up to its first period doubling.
+
+        The observer is called with this branch joined with that on the other side of the start, if there is one.
+        """
         ends, keeps, work = self.source.ends, family.keeps_coordinates, self.work_observer
         follower = BranchFollower(stepper, ends, name_structure, continues=keeps, work_observer=work)
         points, special = list[CurvePoint](), list[SpecialPoint]()
         for item in follower.follow(start):
             if isinstance(item, CurvePoint):
                 points.append(item)
-                self.observer(_make_branch(family, points, special, "interrupted"))
+                branch = _make_branch(family, points, special, "interrupted")
+                self.observer(branch if other_side is None else _join_sides(branch, other_side))
                 continue
             if item.kind is SpecialKind.FOLD and points and has_half_period(points[-1].orbit, family.scale):
                 follower.end = "period_halving"

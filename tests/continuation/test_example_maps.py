@@ -87,7 +87,7 @@ def test_an_imperfect_branch_point_is_abandoned_early(monkeypatch):
     assert follower.end == "range_end"
     assert items[-1].z[0] == pytest.approx(-4e-8, abs=1e-9)  # on the other branch
     assert 1 < len(calls) < 15  # 42 if the discontinuity is bisected
-    assert "locating a branch point" in [work.name for work in works]
+    assert "locating a special point (branch point)" in [work.name for work in works]
     lengths = [work.arclength for work in works]
     assert lengths == sorted(lengths)
     assert lengths[-1] == pytest.approx(0.5, abs=0.07)
