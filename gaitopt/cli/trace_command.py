@@ -234,6 +234,7 @@ def _trace(
     from gaitopt.continuation.tracing import make_diagram, trace_branches
 
     branches, latest = list["GaitBranch"](), list["GaitBranch"]()
+    progress.display.describe("searching for a gait" if start is None else "tracing")
 
     def observe(branch: "GaitBranch") -> None:
         latest[:] = [branch]
