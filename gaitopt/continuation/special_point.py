@@ -205,7 +205,7 @@ def merge_changes(
 
 
 def merge_folds(points: Sequence[SpecialPoint], width: float, scale: Array) -> list[SpecialPoint]:
-    """Return special points in which successive folds that coincide are one fold, or none if the branch goes on.
+    """Return special points in which successive folds that coincide are one fold, or none if the branch does not turn.
 
     The sign of the slope between them is that of rounding errors: an even number of coinciding folds is no turn.
 
