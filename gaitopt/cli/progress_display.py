@@ -60,7 +60,7 @@ class Display:
 
 
 @contextmanager
-def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator[Display]:
+def show_progress(text: str, *, hidden: bool, counted: bool = False, longest: float | None = None) -> Iterator[Display]:
     """Yield a display of work in progress, which is hidden with ``--quiet`` or if `hidden`.
 
     Parameters
@@ -70,6 +70,8 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
     hidden : bool
     counted : bool
         Whether a bar is shown beside the count.
+    longest : float, optional
+        Longest time between two lines if standard error is not a terminal [s], by default `PERIOD`.
     """
     if hidden or out.quiet:
         yield Display(text)
@@ -88,7 +90,7 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False) -> Iterator
             yield display
     else:
         display, finished = Display(text), threading.Event()
-        writer = threading.Thread(target=_write_lines, args=(display, finished), daemon=True)
+        writer = threading.Thread(target=_write_lines, args=(display, finished, longest or PERIOD), daemon=True)
         writer.start()
         try:
             yield display
@@ -116,10 +118,10 @@ def _render(progress: "Progress", display: Display) -> "RenderableType":
     return Group(progress.get_renderable(), *below)
 
 
-def _write_lines(display: Display, finished: threading.Event) -> None:
+def _write_lines(display: Display, finished: threading.Event, longest: float) -> None:
     """Print the state of the work at growing intervals until it is finished."""
-    began, wait = time.perf_counter(), min(FIRST, PERIOD)
+    began, wait = time.perf_counter(), min(FIRST, longest)
     while not finished.wait(wait):
-        wait = min(2 * wait, PERIOD)
+        wait = min(2 * wait, longest)
         active = f", {display.active}" if display.active else ""
         err.print(f"{display.line} ({time.perf_counter() - began:.0f} s){active}", soft_wrap=True)

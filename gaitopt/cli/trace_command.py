@@ -6,7 +6,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import attrs
 import typer
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from gaitopt.cli.inputs import Request
+    from gaitopt.cli.trace_output import TraceProgress
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
     from gaitopt.continuation.checkpoint import Checkpoint
     from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem
@@ -81,6 +82,8 @@ Neighbours = Annotated[
 ]
 TABLE, PAGE = ".nc", ".html"
 """Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
+LONGEST_SILENCE = 6.0
+"""Longest time between two lines of progress if standard error is not a terminal [s]."""
 
 
 Over = Annotated[
@@ -92,6 +95,17 @@ Over = Annotated[
         "same units as with --set; all others are in SI units and rad. The results are in SI units and rad.",
     ),
 ]
+
+
+class TraceInputs(NamedTuple):
+    """A walking problem, the axis in SI units, the start of a saved gait, and the unit in which the axis was typed."""
+
+    problem: "AnyWalkProblem"
+    axis: dict[str, tuple[float, float]]
+    start: "AnyCycle | None"
+    unit: str
+    factor: float = 1.0
+    """Typed value per value in SI units."""
 
 
 def trace(
@@ -156,7 +170,7 @@ def trace(
         options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
         with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
             options = attrs.evolve(options, checkpoint=checkpoint)
-            with show_progress("tracing", hidden=json) as display:
+            with show_progress("tracing", hidden=json, longest=LONGEST_SILENCE) as display:
                 diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
             if checkpoint is not None and diagram.complete:
                 checkpoint.delete()
@@ -191,13 +205,17 @@ def _trace_request(
     request: "Request", ranges: tuple[str, str | None], options: "TraceOptions", display: Display, *, hidden: bool
 ) -> "BranchDiagram":
     """Return the diagram over the first range, with curves over the second one if there is one."""
+    from gaitopt.cli.trace_output import TraceProgress
+
     over, second = ranges
-    walk, axis, start = _trace_inputs(request, over, hidden=hidden)
-    other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second")[1]
+    inputs = _trace_inputs(request, over, hidden=hidden)
+    walk, axis, start = inputs.problem, inputs.axis, inputs.start
+    progress = TraceProgress(display, next(iter(axis)), inputs.unit, inputs.factor)
+    other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second").axis
     options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
     if start is not None and not start.stable and not hidden:
         err.print(f"The saved gait is unstable (spectral radius {start.radius:.4g}).", soft_wrap=True)
-    diagram = _trace(walk, axis, start, options, display)
+    diagram = _trace(walk, axis, start, options, progress)
     if start is None and not all(branch.stable[0] for branch in diagram.branches[:1]) and not hidden:
         err.print("The trace begins with an unstable gait; more --starts may find a stable one.", soft_wrap=True)
     if other is None or not diagram.complete:
@@ -210,21 +228,23 @@ def _trace(
     axis: dict[str, tuple[float, float]],
     start: "AnyCycle | None",
     options: "TraceOptions",
-    display: Display,
+    progress: "TraceProgress",
 ) -> "BranchDiagram":
     """Return the diagram; after a Ctrl-C, with the branches followed until then and the part of the last one."""
     from gaitopt.continuation.tracing import make_diagram, trace_branches
 
     branches, latest = list["GaitBranch"](), list["GaitBranch"]()
-    ((name, _),) = axis.items()
+    progress.display.describe("searching for a gait" if start is None else "tracing")
 
     def observe(branch: "GaitBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        progress.show_branch(len(branches), points)
 
     try:
-        for branch in trace_branches(problem, axis, start=start, options=options, observer=observe):
+        for branch in trace_branches(
+            problem, axis, start=start, options=options, observer=observe, work_observer=progress.show_work
+        ):
             branches.append(branch)
             latest.clear()
     except KeyboardInterrupt:
@@ -257,10 +277,8 @@ def _trace_curves(
     return replace(diagram, curves=tuple(curves))
 
 
-def _trace_inputs(
-    request: "Request", over: str, *, hidden: bool, option: str = "--over"
-) -> tuple["AnyWalkProblem", dict[str, tuple[float, float]], "AnyCycle | None"]:
-    """Return the walking problem, the axis in SI units, and the start of a saved gait."""
+def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = "--over") -> TraceInputs:
+    """Return the walking problem, the axis, and the start of a saved gait; announce the range."""
     import numpy as np
 
     from gaitopt.cli.axis import convert_axes, refuse_script_parameter, unconverted_axes
@@ -272,7 +290,7 @@ def _trace_inputs(
     name, ends = read_range(over, option)
     if not request.is_script:
         walk, cycle = read_walk(request)
-        return walk, {name: ends}, cycle
+        return _announce_range(TraceInputs(walk, {name: ends}, cycle, unit_of(walk.robot, name)), hidden=hidden)
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
@@ -284,12 +302,20 @@ def _trace_inputs(
     if note and not hidden:
         err.print(note, soft_wrap=True)
     low, high = convert_axes(script, problem, axes)[name].tolist()
+    unit, factor = unit_of(problem.robot, name), 1.0
+    if unit == "rad" and np.allclose(np.rad2deg((low, high)), ends):
+        unit, factor = "deg", float(np.rad2deg(1.0))
+    return _announce_range(TraceInputs(problem, {name: (low, high)}, None, unit, factor), hidden=hidden)
+
+
+def _announce_range(inputs: TraceInputs, *, hidden: bool) -> TraceInputs:
+    """Print the range in the unit in which it was typed, unless it is hidden, and return the inputs."""
+    inputs = inputs._replace(unit="" if inputs.unit == "1" else inputs.unit)
     if not hidden:
-        unit = unit_of(problem.robot, name)
-        degrees = unit == "rad" and np.allclose(np.rad2deg((low, high)), ends)
-        shown, unit = (ends, "deg") if degrees else ((low, high), "" if unit == "1" else unit)
-        err.print(f"{name} from {shown[0]:g} to {shown[1]:g} {unit}".rstrip(), soft_wrap=True)
-    return problem, {name: (low, high)}, None
+        ((name, ends),) = inputs.axis.items()
+        low, high = (f"{end * inputs.factor:g}" for end in ends)
+        err.print(f"{name} from {low} to {high} {inputs.unit}".rstrip(), soft_wrap=True)
+    return inputs
 
 
 def read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
@@ -315,7 +341,7 @@ def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | PlanarEngine
 
 def _find_problem(request: "Request", over: str) -> "AnyWalkProblem":
     """Return the walking problem that is traced."""
-    return _trace_inputs(request, over, hidden=True)[0]
+    return _trace_inputs(request, over, hidden=True).problem
 
 
 def _report(

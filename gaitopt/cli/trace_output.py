@@ -9,8 +9,39 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.output import out
-from gaitopt.continuation.branch_diagram import BranchDiagram, count_steps, name_sides
-from gaitopt.continuation.special_point import SpecialPoint
+from gaitopt.cli.progress_display import Display
+from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, name_sides
+from gaitopt.continuation.following import FollowingWork
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+
+
+class TraceProgress:
+    """Display of the branch that is followed.
+
+    Parameters
+    ----------
+    display : Display
+    name : str
+        Parameter.
+    unit : str
+        Unit in which it was typed.
+    factor : float
+        Typed value per value in SI units.
+    """
+
+    def __init__(self, display: Display, name: str, unit: str, factor: float) -> None:
+        self.display, self._name, self._unit, self._factor = display, name, unit, factor
+        self._branch, self._gaits, self._arclength = 0, 0, 0.0
+
+    def show_branch(self, branch: int, gaits: int) -> None:
+        """Set the number of the branch that is followed, and of all gaits so far."""
+        self._branch, self._gaits = branch, gaits
+
+    def show_work(self, work: FollowingWork) -> None:
+        """Show the work that begins."""
+        value = f"{self._name} = {work.value * self._factor:.6g} {self._unit}".rstrip()
+        text = f"branch {self._branch}, {self._gaits} gaits, {value}, arclength {work.arclength:.3g}"
+        self.display.describe(f"{text}: {work.name}" if work.name else text)
 
 
 def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
@@ -21,13 +52,12 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     parameter = Text(f"{diagram.parameter}{unit}")
     titles: list[str | Text] = ["branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"]
     for title in titles:
-        branches.add_column(title, no_wrap=True)
+        branches.add_column(title, no_wrap=title not in ("begins", "ends"))
     for number, branch in enumerate(diagram.branches):
-        begin = branch.begin if branch.parent is None else f"branch {branch.parent}"
         ends = branch.values[[0, -1]]
         spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]
         counts = (str(branch.steps), str(branch.values.size), str(int(branch.stable.sum())))
-        reasons = _name_end(begin, branch.special[:1]), _name_end(branch.end, branch.special[-1:])
+        reasons = _name_begin(diagram, branch), _name_end(branch.end, branch.special[-1:])
         branches.add_row(str(number), *counts, *spans, *reasons)
     out.print(branches)
     special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
@@ -50,6 +80,14 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")
+
+
+def _name_begin(diagram: BranchDiagram, branch: GaitBranch) -> str:
+    """Return where a branch begins, in the words for its end; a branch of doubled period names the one it leaves."""
+    if branch.parent is not None:
+        return f"{SpecialKind.PERIOD_DOUBLING.label} of branch {branch.parent}"
+    at_range_end = branch.begin == "start" and branch.values[0] in diagram.ends
+    return _name_end("range_end" if at_range_end else branch.begin, branch.special[:1])
 
 
 def _name_end(reason: str, nearest: Sequence[SpecialPoint]) -> str:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,33 @@ LOCATED = 1e-6
 """Scaled distance of the neighbours of a change of structure that counts as located."""
 SLOW = "no_touchdown"
 """Reason for which a step that takes too long stops."""
+LARGEST_RELIABLE_MULTIPLIER = 1e4
+"""Modulus of a multiplier above which a branch ends if rounding errors of the residual exceed the tolerance, too: they
+decide all further steps."""
+
 Continues = Callable[[MapSample, MapSample], bool]
 """Whether a branch continues after a change from one structure to another."""
+
+
+class FollowingWork(NamedTuple):
+    """Work that begins while a branch is followed.
+
+    Attributes
+    ----------
+    name : str
+        Such as ``"locating a fold"``; empty for a step.
+    value : float
+        Parameter of the last gait.
+    arclength : float
+        Scaled arclength from the first gait to the last one.
+    """
+
+    name: str
+    value: float
+    arclength: float
+
+
+WorkObserver = Callable[[FollowingWork], None]
 
 
 class BranchFollower:
@@ -42,6 +68,8 @@ class BranchFollower:
         Names the structure of a sample.
     continues : callable, optional
         Whether a branch continues after a change between two structures.
+    work_observer : callable, optional
+        Called with each step and each location of a special point that begins.
 
     Attributes
     ----------
@@ -52,9 +80,16 @@ class BranchFollower:
     """
 
     def __init__(
-        self, stepper: Stepper, ends: tuple[float, float], name: Describe, *, continues: Continues | None = None
+        self,
+        stepper: Stepper,
+        ends: tuple[float, float],
+        name: Describe,
+        *,
+        continues: Continues | None = None,
+        work_observer: WorkObserver | None = None,
     ) -> None:
         self.stepper, self.name = stepper, name
+        self._work_observer, self._length = work_observer, 0.0
         self.continues = continues or (lambda before, after: True)
         self.low, self.high = min(ends), max(ends)
         self.end = ""
@@ -68,6 +103,7 @@ class BranchFollower:
         point, shown, step = start, start, options.first_step
         yield point
         for _ in range(options.most_points):
+            self._observe_work("", point.value)
             following, step = self._advance(point, step)
             if following is None:
                 crossing = self._cross(point)
@@ -99,9 +135,19 @@ class BranchFollower:
             if not same or self._distance(shown, following) >= SHORTEST_INTERVAL:
                 yield following
                 shown = following
+            if self._is_unresolved(following):
+                size = float(np.max(np.abs(following.multipliers)))
+                yield self._end(following, SpecialKind.UNBOUNDED_MULTIPLIER, f"a multiplier of {size:.1e}")
+                self.end = SpecialKind.UNBOUNDED_MULTIPLIER.key
+                return
+            self._length += self._distance(point, following)
             self._bend = self.stepper.bend(point, following)
             point = following
         self.end = "most_points"
+
+    def _observe_work(self, name: str, value: float) -> None:
+        if self._work_observer is not None:
+            self._work_observer(FollowingWork(name, value, self._length))
 
     def _advance(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         """Return the next point and the step after it; None if the corrector fails for the shortest step."""
@@ -114,7 +160,15 @@ class BranchFollower:
             if following is not None and self._is_neighbour(point, following, step):
                 return following, stepper.adapt(step, point, following)
             step /= 2
+            self._observe_work(f"step shortened to {step:.1e}", point.value)
         return None, step
+
+    def _is_unresolved(self, point: CurvePoint) -> bool:
+        """Return whether the multipliers are so large that rounding errors decide the direction of the branch."""
+        residual = point.sample.residual
+        if residual is None or float(np.max(np.abs(point.multipliers), initial=0.0)) < LARGEST_RELIABLE_MULTIPLIER:
+            return False
+        return float(np.max(np.abs(residual / self.stepper.family.scale))) > self.stepper.options.tolerance
 
     def _is_neighbour(self, point: CurvePoint, following: CurvePoint, step: float) -> bool:
         """Return whether a point lies on the same branch: near the prediction, without a sharp turn in one piece."""
@@ -123,6 +177,7 @@ class BranchFollower:
         if following.sample.structure != point.sample.structure:
             if distance > 3 * step:
                 return False
+            self._observe_work("locating a change of the contact sequence", point.value)
             self._brackets = structure_brackets(self.stepper, point, following)
             # Between points of two branches no change can be located.
             return bool(self._brackets) and all(self._distance(*pair) <= LOCATED for pair in self._brackets)
@@ -160,7 +215,7 @@ class BranchFollower:
         stepper, specials = self.stepper, list[CurvePoint | SpecialPoint]()
         latest = point
         for near, far in self._find_brackets(point, following):
-            specials += smooth_special_points(stepper, latest, near, self.name) if near is not latest else []
+            specials += self._locate(latest, near) if near is not latest else []
             change = describe_change(stepper, near, far, self.name)
             if not self.continues(near.sample, far.sample):
                 self.beyond = far
@@ -174,13 +229,22 @@ class BranchFollower:
             if away @ latest.tangent < 0:
                 latest = replace(latest, tangent=-latest.tangent)
         if latest is not following:
-            specials += smooth_special_points(stepper, latest, following, self.name)
+            specials += self._locate(latest, following)
         return specials, following, None
+
+    def _locate(self, one: CurvePoint, other: CurvePoint) -> list[CurvePoint | SpecialPoint]:
+        """Return the bifurcations between two points of the same structure."""
+
+        def observe(kind: SpecialKind, value: float) -> None:
+            self._observe_work(f"locating a special point ({kind.label})", value)
+
+        return smooth_special_points(self.stepper, one, other, self.name, observe)
 
     def _cross(self, point: CurvePoint) -> SpecialPoint | tuple[SpecialPoint, CurvePoint]:
         """Return the end of the branch, or the boundary to another structure with the first point beyond it."""
         family, size = self.stepper.family, self.stepper.family.size
         reason = "no convergence"
+        self._observe_work("seeking gaits beyond the end of the sequence", point.value)
         for x in self._look_ahead(point):
             sample = family.evaluate(x[:size], float(x[size]))
             if sample.residual is None:

@@ -20,6 +20,8 @@ SHORTEST_CHORD = 1e-13
 """Scaled distance of two points below which the interval between them is not divided further."""
 SHORTEST_PIECE = 1e-7
 """Scaled distance of two points below which no bifurcation is sought between them."""
+SAME_BRANCH = 1e-5
+"""Scaled distance of two branches that pass each other below which they cross, within rounding errors."""
 LARGEST_WIDTH = 1e-6
 """Width, relative to the range of the parameter, above which the zero of a test function is no bifurcation."""
 STEEPEST = 0.05
@@ -32,6 +34,7 @@ MODEST = 3.0
 Describe = Callable[[object], str]
 """Names the structure of a sample."""
 Test = Callable[[CurvePoint], float]
+KindObserver = Callable[[SpecialKind, float], None]
 
 
 class LocationError(Exception):
@@ -124,13 +127,22 @@ def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test
     Returns
     -------
     (CurvePoint, float) or None
-        None if the corrector fails in between.
+        None if the corrector fails in between, or the points on both sides of the zero lie on different branches.
     """
+    length = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
+    sides = {value > 0: (share, point) for share, point in ((0.0, one), (1.0, other)) for value in (test(point),)}
 
     def evaluate(share: float) -> float:
         if share in (0.0, 1.0):
             return test(other if share else one)
-        return test(point_between(stepper, one, other, share))
+        point = point_between(stepper, one, other, share)
+        value = test(point)
+        sides[value > 0] = share, point
+        (low, before), (high, after) = sides[True], sides[False]
+        gap = float(np.linalg.norm(stepper.position(after) - stepper.position(before)))
+        if gap > max(SAME_BRANCH, abs(high - low) * length / STEEPEST):
+            raise LocationError  # a branch point that is imperfect: two branches pass each other
+        return value
 
     try:
         share = brentq(evaluate, 0.0, 1.0, xtol=1e-14, rtol=1e-14)
@@ -144,13 +156,18 @@ def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test
 
 
 def smooth_special_points(
-    stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe
+    stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe, observer: KindObserver | None = None
 ) -> list[CurvePoint | SpecialPoint]:
-    """Return the bifurcations between two points of the same structure in order, each after its point."""
+    """Return the bifurcations between two points of the same structure in order, each after its point.
+
+    The observer is called with each kind that is located, and the parameter of the first point.
+    """
     bifurcations = list[tuple[float, CurvePoint, SpecialPoint]]()
     if float(np.linalg.norm(stepper.position(other) - stepper.position(one))) <= SHORTEST_PIECE:
         return []  # rounding errors decide the signs of the test functions
     for kind, test in _crossed_tests(stepper, one, other):
+        if observer is not None:
+            observer(kind, one.value)
         located = locate_zero(stepper, one, other, test)
         if located is None:
             continue

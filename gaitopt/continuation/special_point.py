@@ -38,6 +38,7 @@ class SpecialKind(Enum):
     NO_TOUCHDOWN = "the swing foot does not touch down within the time limit of a step"
     DOUBLE_SUPPORT = "the trailing foot no longer separates at the touchdown"
     PAINLEVE = "slip is no longer well posed"
+    UNBOUNDED_MULTIPLIER = "a multiplier grows without bound, as where a contact closes with no normal velocity"
     END = "no gait was found beyond this point"
 
     @property
@@ -59,6 +60,9 @@ LABELS = {
 """Labels of the kinds that differ from their keys."""
 LIMIT_OF_ROLLING = "limit of rolling over"
 """Label of the end of a branch at which the walker just rolls over its stance foot."""
+
+ONE_FOLD = 1e-3
+"""Largest scaled distance of the gaits of two folds that are one, if the parameter is the same, too."""
 
 STOP_KINDS = {
     "lift_off": SpecialKind.LIFT_OFF,
@@ -197,6 +201,41 @@ def merge_changes(
         )
         if last.before == point.after:
             merged.pop()
+    return merged
+
+
+def merge_folds(points: Sequence[SpecialPoint], width: float, scale: Array) -> list[SpecialPoint]:
+    """Return special points in which successive folds that coincide are one fold, or none if the branch does not turn.
+
+    The sign of the slope between them is that of rounding errors: an even number of coinciding folds is no turn.
+
+    Parameters
+    ----------
+    points : sequence of SpecialPoint
+        In order along a branch.
+    width : float
+        Largest distance of coinciding folds, in the unit of the parameter.
+    scale : (n,) array
+        Natural size of each coordinate.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> none = np.array([])
+    >>> fold = SpecialPoint(kind=SpecialKind.FOLD, value=0.5, width=1e-12, z=np.zeros(1), before="stick | stick",
+    ...                     after="stick | stick", multipliers_before=none, multipliers_after=none)
+    >>> [len(merge_folds([fold] * count, 1e-10, np.ones(1))) for count in (1, 2, 3)]
+    [1, 0, 1]
+    """
+    merged = list[SpecialPoint]()
+    for point in points:
+        last = merged[-1] if merged else None
+        if last is not None and last.kind is point.kind is SpecialKind.FOLD:
+            shift = float(np.max(np.abs(point.z - last.z) / scale))
+            if abs(point.value - last.value) <= width and shift <= ONE_FOLD:
+                merged.pop()
+                continue
+        merged.append(point)
     return merged
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments, check_record
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
 from gaitopt.continuation.checkpoint import Checkpoint
-from gaitopt.continuation.following import BranchFollower
+from gaitopt.continuation.following import BranchFollower, WorkObserver
 from gaitopt.continuation.gait_family import name_structure
 from gaitopt.continuation.gait_source import (
     AnyCycle,
@@ -20,7 +20,7 @@ from gaitopt.continuation.gait_source import (
     make_gait_source,
 )
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes, merge_folds
 from gaitopt.continuation.switching import has_half_period, switch_branch
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, NoGaitError
@@ -153,11 +153,15 @@ def trace_branches(
     start: AnyCycle | None = None,
     options: TraceOptions | None = None,
     observer: BranchObserver | None = None,
+    work_observer: WorkObserver | None = None,
 ) -> Iterator[GaitBranch]:
-    """Yield each branch when it has been followed; see :func:`trace`."""
+    """Yield each branch when it has been followed; see :func:`trace`.
+
+    The `work_observer` is called with each step and each location of a special point that begins.
+    """
     options = options or TraceOptions()
     source = make_gait_source(problem, over, options.engine)
-    tracer = _Tracer(source, options, observer or (lambda branch: None))
+    tracer = _Tracer(source, options, observer or (lambda branch: None), work_observer)
     first = tracer.find_start() if start is None else source.start(start)
     low, high = min(source.ends), max(source.ends)
     if not low <= first.value <= high:
@@ -177,6 +181,7 @@ class _Tracer:
     source: GaitSource
     options: TraceOptions
     observer: BranchObserver
+    work_observer: WorkObserver | None = None
     branches: list[GaitBranch] = field(default_factory=list)
     _continuations: list[CurvePoint] = field(default_factory=list)
 
@@ -214,7 +219,7 @@ class _Tracer:
                 continue
             point = stepper.initialise(z, value, direction)
             if point is not None:
-                sides.append(self._follow(family, stepper, point))
+                sides.append(self._follow(family, stepper, point, other_side=sides[0] if sides else None))
         if not sides:
             raise InputError(
                 f"The start is not a periodic gait at {self.source.parameter} = {value:.6g}; find one there with "
@@ -264,15 +269,26 @@ class _Tracer:
         return branch
 
     def _follow(
-        self, family: AnyFamily, stepper: Stepper, start: CurvePoint, *, to_doubling: bool = False
+        self,
+        family: AnyFamily,
+        stepper: Stepper,
+        start: CurvePoint,
+        *,
+        to_doubling: bool = False,
+        other_side: GaitBranch | None = None,
     ) -> GaitBranch:
-        """Return the branch from a point on; or up to its first period doubling."""
-        follower = BranchFollower(stepper, self.source.ends, name_structure, continues=family.keeps_coordinates)
+        """Return the branch from a point on; or up to its first period doubling.
+
+        The observer is called with this branch joined with that on the other side of the start, if there is one.
+        """
+        ends, keeps, work = self.source.ends, family.keeps_coordinates, self.work_observer
+        follower = BranchFollower(stepper, ends, name_structure, continues=keeps, work_observer=work)
         points, special = list[CurvePoint](), list[SpecialPoint]()
         for item in follower.follow(start):
             if isinstance(item, CurvePoint):
                 points.append(item)
-                self.observer(_make_branch(family, points, special, "interrupted"))
+                branch = _make_branch(family, points, special, "interrupted")
+                self.observer(branch if other_side is None else _join_sides(branch, other_side))
                 continue
             if item.kind is SpecialKind.FOLD and points and has_half_period(points[-1].orbit, family.scale):
                 follower.end = "period_halving"
@@ -313,7 +329,7 @@ def _make_branch(
     family: AnyFamily, points: Sequence[CurvePoint], special: Sequence[SpecialPoint], end: str
 ) -> GaitBranch:
     width = ONE_CHANGE * family.value_scale
-    merged = merge_changes(special, width, family.classify_names)
+    merged = merge_folds(merge_changes(special, width, family.classify_names), width, family.scale)
     points = list(drop_spurious(points, special, merged, width))
     multipliers = np.full((len(points), family.size), np.nan, dtype=complex)
     for row, point in zip(multipliers, points, strict=True):

@@ -45,6 +45,7 @@ MARKERS: dict[str, Any] = {
     "no touchdown": (6, 2, 0),
     "double support": "1",
     "Painleve paradox": "2",
+    "unbounded multiplier": "3",
     "end": "4",
 }
 """Marker of each kind of special point, by its label; those at which branches end consist of lines."""

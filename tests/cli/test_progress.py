@@ -43,6 +43,14 @@ def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypat
     assert "/40 (" in lines[0]
 
 
+def test_the_longest_time_between_lines_can_be_shorter(error_stream, monkeypatch):
+    stream = error_stream(terminal=False)
+    monkeypatch.setattr(progress_display, "FIRST", 0.05)
+    with progress_display.show_progress("tracing", hidden=False, longest=0.05):
+        time.sleep(0.6)
+    assert len(stream.getvalue().splitlines()) >= 5  # two of them with the intervals doubled up to 30 s
+
+
 def test_the_period_is_half_a_minute(error_stream):
     stream = error_stream(terminal=False)
     assert (progress_display.FIRST, progress_display.PERIOD) == (3, 30)

@@ -10,8 +10,10 @@ import pytest
 
 from gaitopt import load_diagram
 from gaitopt.cli.output import out
-from gaitopt.cli.trace_output import print_diagram
+from gaitopt.cli.progress_display import Display
+from gaitopt.cli.trace_output import TraceProgress, print_diagram
 from gaitopt.continuation import SpecialKind
+from gaitopt.continuation.following import FollowingWork
 from gaitopt.continuation.gait_source import make_gait_source
 from gaitopt.continuation.tracing import make_diagram
 from gaitopt.study.storage.study_lock import lock_study
@@ -81,6 +83,36 @@ def test_a_table_over_an_angle_states_degrees_too(root):
     assert "slope [deg]" in branches
     assert f"{first:.6g} to {last:.6g}" in branches
     assert f"{math.degrees(first):.6g} to {math.degrees(last):.6g}" in branches
+
+
+def test_a_branch_of_doubled_period_begins_at_the_doubling_of_another_one(root):
+    with out.console.capture() as capture:
+        print_diagram(load_diagram(root / "docs/examples/compass_slope.nc"))
+    words = " ".join(capture.get().partition("special points")[0].split())
+    assert "range end" in words
+    assert "period doubling of branch 0" in words
+    assert "start" not in words
+
+
+def test_progress_states_the_parameter_as_typed_and_the_work():
+    display = Display("tracing")
+    progress = TraceProgress(display, "slope", "deg", math.degrees(1))
+    progress.show_branch(1, 12)
+    progress.show_work(FollowingWork("", math.radians(2), 0.25))
+    assert display.line == "branch 1, 12 gaits, slope = 2 deg, arclength 0.25"
+    progress.show_work(FollowingWork("locating a fold", math.radians(2), 0.25))
+    assert display.line == "branch 1, 12 gaits, slope = 2 deg, arclength 0.25: locating a fold"
+
+
+def test_the_range_of_a_saved_gait_is_printed_with_its_unit_and_an_unstable_start_is_stated(command, root, monkeypatch):
+    monkeypatch.setattr("gaitopt.cli.trace_command._trace", lambda problem, axis, *_: make_diagram(problem, axis, []))
+    gait, weak = root / "docs/examples/heel_toe.h5", ("--law", "joint_pd", "--gain", "motor_damping=0")
+    result = command("trace", gait, "--over", "slope=0.03:0.04", *weak)
+    assert result.err.splitlines()[0] == "slope from 0.03 to 0.04 rad"
+    (assessed,) = command("stability", gait, *weak, "--json").json["gaits"]
+    stated = f"The saved gait is unstable (spectral radius {assessed['radius']:.4g})."
+    assert (stated in result.err) is (assessed["radius"] >= 1)
+    assert assessed["radius"] >= 1
 
 
 def test_a_trace_without_period_doubling_states_that_doublings_have_no_effect(command, root):

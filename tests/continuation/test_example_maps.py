@@ -1,16 +1,19 @@
 """Pseudo-arclength continuation on maps whose bifurcations are known in closed form."""
 
 import math
+from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import attrs
 import numpy as np
 import pytest
 
+from gaitopt.continuation import location
 from gaitopt.continuation.following import BranchFollower
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.pseudo_arclength import ArclengthOptions, CurvePoint, Stepper
-from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes
+from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_changes, merge_folds
 from gaitopt.continuation.switching import has_half_period, switch_branch
 from gaitopt.continuation.tracing import drop_spurious
 from gaitopt.continuation.value_slope import differentiate_by_value
@@ -45,6 +48,66 @@ def test_a_branch_is_followed_around_its_folds():
     assert [fold.value for fold in folds] == pytest.approx([expected, -expected], abs=1e-10)
     assert [fold.z[0] for fold in folds] == pytest.approx([-1 / math.sqrt(3), 1 / math.sqrt(3)], abs=1e-6)
     assert all(abs(fold.multipliers_before[0] - 1) < 1e-6 for fold in folds)
+
+
+class GrazingFamily(ExampleFamily):
+    """The normal form z -> value - sqrt(z) of a grazing contact, with rounding errors in proportion to its slope."""
+
+    def evaluate(self, z, value):
+        if z[0] <= 0:
+            return MapSample(None, "diverged")
+        noise = 1e-12 / math.sqrt(z[0]) * math.sin(1e17 * z[0])
+        return MapSample(np.array([value - math.sqrt(z[0]) - z[0] + noise]), "", [z, z])
+
+    def derivative(self, z, value, sample, by_value=None):
+        return np.array([[-0.5 / math.sqrt(z[0]) - 1, 1.0]])
+
+
+def test_a_branch_ends_where_rounding_errors_decide_its_direction():
+    points, special, end = follow(GrazingFamily(None, 1), [1.0], 2.0, (-1, 3), direction=-1.0)
+    *_, last = special
+    assert (last.kind.key, end) == ("unbounded_multiplier", "unbounded_multiplier")
+    assert last.value == pytest.approx(0, abs=1e-3)
+    assert 1e4 <= abs(points[-1].multipliers[0]) < 1e6
+    assert last.after.startswith("a multiplier of ")
+    assert len(points) < 150
+
+
+def test_an_imperfect_branch_point_is_abandoned_early(monkeypatch):
+    """Fixed points z^2 - a z = 1e-8: two branches pass each other at a distance of 2e-4."""
+    family, calls = ExampleFamily(lambda z, a: z + a * z - z**2 + 1e-8, 1), []
+    between = location.point_between
+    monkeypatch.setattr(location, "point_between", lambda *each: calls.append(each) or between(*each))
+    works = []
+    stepper = Stepper(family, ArclengthOptions(longest_step=0.06, first_step=0.06))
+    start = stepper.initialise(np.array([4e-8]), -0.25, 1.0)
+    follower = BranchFollower(stepper, (-0.25, 0.25), str, work_observer=works.append)
+    items = list(follower.follow(start))
+    assert not [item for item in items if isinstance(item, SpecialPoint)]
+    assert follower.end == "range_end"
+    assert items[-1].z[0] == pytest.approx(-4e-8, abs=1e-9)  # on the other branch
+    assert 1 < len(calls) < 15  # 42 if the discontinuity is bisected
+    assert "locating a special point (branch point)" in [work.name for work in works]
+    lengths = [work.arclength for work in works]
+    assert lengths == sorted(lengths)
+    assert lengths[-1] == pytest.approx(0.5, abs=0.07)
+
+
+def test_folds_that_coincide_are_one_fold():
+    none = np.array([])
+    fold = SpecialPoint(
+        kind=SpecialKind.FOLD,
+        value=0.5,
+        width=1e-12,
+        z=np.zeros(1),
+        before="a",
+        after="a",
+        multipliers_before=none,
+        multipliers_after=none,
+    )
+    beside, far = replace(fold, value=0.5 + 1e-11), replace(fold, z=np.ones(1))
+    merge = partial(merge_folds, width=1e-10, scale=np.ones(1))
+    assert [len(merge(folds)) for folds in ([fold, beside], [fold, beside, fold], [fold, far])] == [0, 1, 2]
 
 
 def test_the_period_doubling_cascade_of_the_logistic_map():
@@ -165,7 +228,7 @@ def test_the_end_of_a_map_is_the_end_of_the_branch():
     # Fixed point z = value / 0.5; the map is not defined for z > 1.
     family = ExampleFamily(lambda z, a: 0.5 * z + a if z[0] <= 1 else z * np.nan, 1)
     points, special, end = follow(family, [0.0], 0.0, (0, 2))
-    (last,) = special
+    *_, last = special
     assert last.kind.key == "end"
     assert last.after == "diverged"
     assert end == "diverged"

@@ -49,6 +49,16 @@ def values_of(branch, kind):
     return [point.value for point in branch.special_of(kind)]
 
 
+def test_an_observer_sees_the_side_that_was_followed_first_too(wheel):
+    wheel = WalkProblem(robot=wheel.robot, parameters={"slope": SLOPE, "friction": 1.0})
+    (start,) = find_cycles(wheel.robot, wheel.parameters, starts=1)
+    seen = []
+    diagram = trace(wheel, {"friction": (0.98, 1.02)}, start=start, observer=seen.append)
+    sizes = [branch.values.size for branch in seen]
+    assert sizes == sorted(sizes)
+    assert np.array_equal(seen[-1].values, diagram.branches[0].values)
+
+
 def test_a_branch_follows_the_closed_form():
     # McGeer's wheel: thd*^2 = beta^2 (thd*^2 + 4 g sin(pi/n) sin(alpha) / (l (1 + kappa))), energy over a step.
     wheel = WalkProblem(robot=rimless_wheel(), parameters={"slope": SLOPE, "friction": math.inf})
