@@ -44,6 +44,9 @@ SAMPLE_LENGTH = 3.2
 COLOURS = "cividis"
 """Colour map of a quantity, which is the same for readers with and without colour vision."""
 
+FEW_CELLS = 6
+"""Number of cells along the axis of a map whose values are all labelled."""
+
 
 @check_arguments
 def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: FigureStyle | None = None) -> "Figure":
@@ -249,9 +252,18 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
         for axes in panels:
             axes.grid(visible=False)
             axes.label_outer()
+        _mark_cells(panels[0], across, upward)  # the panels share their axes
         figure.supxlabel(label_quantity(names[0], units[0]), fontsize=style.font_size)
         figure.supylabel(label_quantity(names[1], units[1]), fontsize=style.font_size)
     return figure
+
+
+def _mark_cells(axes: "Axes", across: Array, upward: Array) -> None:
+    """Place ticks at the centres of the cells of a map if there are few; others are between the computed points."""
+    if across.size <= FEW_CELLS:
+        axes.set_xticks(across, [f"{value:.4g}" for value in across])
+    if upward.size <= FEW_CELLS:
+        axes.set_yticks(upward, [f"{value:.4g}" for value in upward])
 
 
 def _draw_limit(axes: "Axes", places: tuple[Array, Array], radii: Array) -> "list[Artist]":

@@ -10,11 +10,14 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, Status, solve
+from gaitopt import Collocation, InputError, Ipopt, MultipleShooting, StabilityBound, Status, solve
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion import summarise
+from gaitopt.ocp.bounds import structure
 from gaitopt.ocp.nlp import ipopt
 from gaitopt.ocp.nlp.nlp import Nlp
+from gaitopt.ocp.transcription.relaxation import Scholtes
+from gaitopt.ocp.transcription.transcription import transcribe
 
 
 @pytest.mark.skipif(not hasattr(mmap, "MAP_PRIVATE"), reason="allocates as POSIX does")
@@ -225,3 +228,18 @@ def test_large_nlps_are_ordered_for_little_fill(problem, monkeypatch, unknowns, 
     assert seen
     assert set(seen) == {expected}
     assert gait.solver.objective == pytest.approx(usual.solver.objective, rel=1e-7)
+
+
+def test_directions_are_refined_where_rows_may_be_nearly_dependent(problem):
+    """Without refinement, the infeasibility of an open problem is no longer concluded (test_open_impact)."""
+
+    def options(stated, barrier, solver=None, relaxation=None):
+        nlp = transcribe(structure(stated, stated.transcription, relaxation=relaxation)).nlp
+        chosen = (solver or Ipopt())._options(nlp, barrier)
+        return chosen.get("ipopt.fast_step_computation"), chosen.get("ipopt.mumps_scaling")
+
+    assert options(problem, None) == ("yes", None)
+    assert options(problem, 1e-6) == ("yes", 0)
+    assert options(problem, 1e-6, Ipopt(permute=True)) == (None, None)
+    assert options(problem.replace(sequence="slip+ stick | any"), 1e-6, relaxation=Scholtes()) == (None, None)
+    assert options(problem.replace(stability=StabilityBound(radius=0.9)), 1e-6) == (None, None)

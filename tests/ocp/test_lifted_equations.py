@@ -52,6 +52,7 @@ def test_linear_systems_of_the_lifted_form_are_ordered_by_nested_dissection():
     assert "ipopt.mumps_pivot_order" not in options[0]
     assert options[1]["ipopt.mumps_pivot_order"] == 5
     assert options[1]["ipopt.mumps_permuting_scaling"] == 0
+    assert ["ipopt.fast_step_computation" in each for each in options] == [False, True]
 
 
 def test_the_initial_point_satisfies_the_rows_of_the_joints():

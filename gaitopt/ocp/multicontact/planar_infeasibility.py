@@ -79,7 +79,6 @@ class PlanarElastic(ElasticLimits):
             self._relax = functools.partial(ElasticPlan, self.problem, self.transcription, bounds, limits, sizes, least)
             self._guess = planar_start(self.transcription, self.problem)
             elastic = self._relax()
-        solver = solver.with_refinement() if isinstance(solver, Ipopt) else solver
         super().__init__(elastic, limits, planar_data(self.problem), solver, observer)
         self.insufficient: tuple[str, ...] = ()
 

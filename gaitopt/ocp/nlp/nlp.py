@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from gaitopt.dataclass import dataclass
-from gaitopt.lazy import Deferred, LazyField
+from gaitopt.lazy import Deferred, LazyField, LazyRecord
 from gaitopt.locks import ONE_AT_A_TIME, cached_property
 from gaitopt.ocp.nlp.block import Block, BlockFunctions, derive_block, join_single_blocks
 from gaitopt.ocp.nlp.layout import Index
@@ -72,7 +72,7 @@ class Derivatives(Mapping[str, ca.Function]):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Nlp:
+class Nlp(LazyRecord):
     """The NLP as CasADi Functions, in the form a solver takes.
 
     Attributes
@@ -91,6 +91,8 @@ class Nlp:
     dissect : bool
         Whether linear systems are ordered by nested dissection, which has less fill-in than minimum degree if every
         unknown is coupled to few others of its link and of its interval.
+    independent : bool
+        Whether constraint rows are known to be independent, so that the linear systems of a solver need no refinement.
     """
 
     functions: LazyField[dict[str, ca.MX]] = LazyField()
@@ -101,6 +103,7 @@ class Nlp:
     typical: float = 1.0
     smooth: bool = False
     dissect: bool = False
+    independent: bool = False
 
     @cached_property
     def values(self) -> ca.Function:

@@ -182,6 +182,17 @@ def transcribe(structure: Structure) -> Transcription:
     builder = _make_builder(structure, variables, rows, data, powered, changes)
     smooth = objective.smooth and structure.relaxation is None and not builder.peaks and is_curved(objective, robot)
     blocks = _blocks(builder, structure, phases, dynamics_of_phases)
+    nlp = assemble_nlp(
+        blocks,
+        builder.data,
+        variables.size,
+        rows.layout.size,
+        n_numbers=first - data.numel() + (0 if changes is None else changes.size),
+        typical=objective.typical,
+        smooth=smooth,
+    )
+    # Complementarity pairs, and multipliers as unknowns, make rows nearly dependent.
+    independent = not (structure.sequence.is_open or structure.relaxation is not None or structure.stabilised)
     return Transcription(
         structure=structure,
         phases=phases,
@@ -190,15 +201,7 @@ def transcribe(structure: Structure) -> Transcription:
         constraints=rows.layout,
         row_bounds=rows.bounds(),
         resting=frozenset(builder.resting),
-        nlp=assemble_nlp(
-            blocks,
-            builder.data,
-            variables.size,
-            rows.layout.size,
-            n_numbers=first - data.numel() + (0 if changes is None else changes.size),
-            typical=objective.typical,
-            smooth=smooth,
-        ),
+        nlp=nlp.replace_fields(independent=independent),
         sign_changes=changes,
     )
 
