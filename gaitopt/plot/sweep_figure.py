@@ -98,7 +98,8 @@ def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: Figur
     values = values.reshape(table.status.shape)
     lowest = find_lowest(table)
     if not np.any(lowest >= 0):
-        raise InputError("The sweep has no solved gait to draw.")
+        interrupted = " It was interrupted: the same command resumes it." if not table.attrs.get("complete", 1) else ""
+        raise InputError(f"The sweep has no solved gait to draw.{interrupted}")
     label = label_quantity(name_variable(table, quantity), unit)
     drawn = _DrawnQuantity(in_shown_unit(values, unit), lowest, label, title, quantity == RADIUS)
     if len(names) == 1:

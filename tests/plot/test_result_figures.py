@@ -187,6 +187,23 @@ def test_the_lowest_cost_is_that_of_the_sequences_that_are_left():
     assert find_lowest(table.isel(sequence=[0])).tolist() == [-1, 0, 0, 0, 0]
 
 
+def test_the_ticks_of_a_map_with_few_cells_are_at_their_centres():
+    few, many = np.array([0.1, 0.125, 0.16]), np.linspace(0.1, 0.2, 9)
+    quantity, regions = plot_sweep(make_sweep(slope=np.radians(few), friction=many)).axes[:2]
+    for axes in (quantity, regions):
+        np.testing.assert_allclose(axes.get_xticks(), few)
+    assert [text.get_text() for text in regions.get_xticklabels()] == ["0.1", "0.125", "0.16"]
+    assert len(quantity.get_yticks()) != many.size
+
+
+def test_a_sweep_without_a_gait_states_whether_it_was_interrupted():
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5))
+    table["status"][:] = "infeasible"
+    for complete, said in ((1, r"draw\.$"), (0, "the same command resumes it")):
+        with pytest.raises(InputError, match=said):
+            plot_sweep(table.assign_attrs(complete=complete))
+
+
 def test_a_sweep_over_two_parameters_shows_the_sequence_of_lowest_cost():
     figure = plot_sweep(make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)), quantity="peak_torque")
     quantity, regions = figure.axes[0].collections[0], figure.axes[1].collections[0]
