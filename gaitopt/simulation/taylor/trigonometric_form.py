@@ -149,7 +149,8 @@ def _select_rows(values: np.ndarray) -> np.ndarray:
     """
     rest, chosen = values.copy(), list[int]()
     for _ in range(values.shape[1]):
-        chosen.append(int(np.argmax(np.linalg.norm(rest, axis=1))))
+        sizes = np.linalg.norm(rest, axis=1)
+        chosen.append(int(np.flatnonzero(sizes >= (1 - 1e-9) * sizes.max())[0]))  # the first of equal ones
         direction = rest[chosen[-1]] / np.linalg.norm(rest[chosen[-1]])
         rest -= np.outer(rest @ direction, direction)
     return np.array(chosen)
