@@ -155,7 +155,10 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
         cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
         lowest = str(table.lowest_sequence.values[index])
         if not lowest:
-            shown.add_row(*cells, "no gait", style="red")
+            pending = bool((table.status.values[(slice(None), *index)] == PENDING).any())
+            shown.add_row(
+                *cells, "not all sequences computed" if pending else "no gait", style="" if pending else "red"
+            )
             continue
         at = (sequences.index(lowest), *index)
         shown.add_row(*cells, lowest, *(_describe_value(table, n, at) for n in (cost, *measured)))

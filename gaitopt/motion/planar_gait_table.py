@@ -100,7 +100,8 @@ def _depths(gait: PlanarGait) -> Facts:
         if deepest:
             text += f", and by up to {1e3 * deepest.depth:.3g} mm while it is armed"
             if not deepest.is_touchdown_from_below:
-                text += f"; it then rises to {1e3 * deepest.rise:.3g} mm above the ground"
+                rise = f"{deepest.rise:.3g} m" if deepest.rise >= 1 else f"{1e3 * deepest.rise:.3g} mm"
+                text += f"; it then rises to {rise} above the ground"
                 text += ", higher than it was deep, so that its touchdown is valid" if deepest.lands else ""
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
             text += ", while it is not armed"

@@ -234,7 +234,7 @@ def _list_facts(gait: AnyGait) -> list[str]:
 def _describe_sequence(gait: AnyGait) -> list[str]:
     """Return texts on the contact sequence, the slope and the replay, from the complete to the shortest one."""
     slope = np.rad2deg(gait.motion.parameters["slope"])
-    where = f" on a slope of {slope:.3g}\N{DEGREE SIGN} downhill" if slope else ""
+    where = f" on a slope of {abs(slope):.3g}\N{DEGREE SIGN} {'downhill' if slope > 0 else 'uphill'}" if slope else ""
     missing = f" (not{NO_BREAK}replayed)" if gait.status.ok and not gait.verification else ""
     verified = gait.status.ok and gait.verification is not None
     replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if verified else missing

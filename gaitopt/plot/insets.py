@@ -246,7 +246,8 @@ class Header:
         self.moving: list[Artist] = [*self._tokens, self._stamp]
         slope, friction = (film.motion.parameters[name] for name in ("slope", "friction"))
         ground = rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction"
-        ground += f", slope {np.rad2deg(slope):.3g}\N{DEGREE SIGN} downhill" if slope else ""
+        way = "downhill" if slope > 0 else "uphill"
+        ground += f", slope {abs(np.rad2deg(slope)):.3g}\N{DEGREE SIGN} {way}" if slope else ""
         name = replace_controls(title).replace("$", r"\$")  # a name of a user is no mathematics
         figure.text(0.025, 0.03, f"{name}, {ground}" if name else ground, size=9, va="center")
         status = getattr(gait, "status", None)  # a simulated motion has none

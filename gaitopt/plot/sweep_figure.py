@@ -44,6 +44,9 @@ SAMPLE_LENGTH = 3.2
 COLOURS = "cividis"
 """Colour map of a quantity, which is the same for readers with and without colour vision."""
 
+MOST_SEQUENCES, MOST_ROWS = 6, 3
+"""Number of sequences up to which those without a gait are named, and of rows of crosses up to which each has one."""
+
 FEW_CELLS = 6
 """Number of cells along the axis of a map whose values are all labelled."""
 
@@ -172,23 +175,23 @@ def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: Fi
     across = in_shown_unit(table[name].values, unit)
     with style.figure(HEIGHT) as figure:
         axes = figure.subplots()
-        for number, (sequence, row) in enumerate(zip(table.sequence.values, values, strict=True)):
-            line, best = line_style(number), drawn.lowest == number
-            axes.plot(across, row, label=str(sequence), marker="o", markersize=2.5, **line)
+        shown = _select_sequences(values)
+        for position, number in enumerate(shown):
+            row, line, best = values[number], line_style(position), drawn.lowest == number
+            axes.plot(across, row, label=str(table.sequence.values[number]), marker="o", markersize=2.5, **line)
             axes.plot(across[best], row[best], "o", color=line["color"], markersize=5.5, label="_lowest")
         if drawn.is_radius:
             axes.axhline(1, label=LIMIT_LABEL, **LIMIT_LOOK)
         axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
-        _mark_failures(axes, across, values)
+        failed = _mark_failures(axes, across, values[shown])
         axes.set(xlabel=label_quantity(name, unit), ylabel=drawn.label)
         handles, labels = axes.get_legend_handles_labels()
         if len(values) > 1:
             mark = axes.plot([], [], "o", color="0.3", markersize=5.5)[0]
             handles, labels = [*handles, mark], [*labels, _name_lowest(table)]
-        failed = ~np.isfinite(values)
-        if failed.any():
+        if failed:
             cross = axes.plot([], [], "x", color="0.3", markersize=4, linestyle="none")[0]
-            unsolved = bool(np.all(table.status.values[failed] != "solved"))
+            unsolved = bool(np.all(table.status.values[~np.isfinite(values)] != "solved"))
             handles, labels = [*handles, cross], [*labels, EMPTY if unsolved else "no value"]
         place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": drawn.title}
         add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
@@ -210,16 +213,29 @@ def _shown_range(values: Array, low: float, high: float) -> tuple[float, float]:
     return middle - 0.05 * size, middle + 0.05 * size
 
 
-def _mark_failures(axes: "Axes", across: Array, values: Array) -> None:
-    """Mark points without a gait by crosses below the lines, in a row for each sequence that has some."""
+def _select_sequences(values: Array) -> list[int]:
+    """Return the numbers of the sequences that are drawn: if there are many, those with a gait."""
+    numbers = range(len(values))
+    return [number for number in numbers if len(values) <= MOST_SEQUENCES or np.isfinite(values[number]).any()]
+
+
+def _mark_failures(axes: "Axes", across: Array, values: Array) -> bool:
+    """Mark points without a gait by crosses below the lines; return whether there are any.
+
+    Each sequence that has some has a row of crosses; if many have, one row marks the points where none has a gait.
+    """
     failed = ~np.isfinite(values)
-    incomplete = np.flatnonzero(failed.any(axis=1))
+    incomplete, colours = np.flatnonzero(failed.any(axis=1)), [line_style(row)["color"] for row in range(len(values))]
+    if incomplete.size > MOST_ROWS:
+        failed, colours = np.array([failed.all(axis=0)]), ["0.3"]
+        incomplete = np.flatnonzero(failed.any(axis=1))
     low, high = axes.get_ylim()
     axes.set_ylim(low - FAILURE_ROW * (high - low) * incomplete.size, high)
     for row, number in enumerate(incomplete):
         places = across[failed[number]]
         height = np.full(places.size, low - FAILURE_ROW * (high - low) * (row + 0.4))
-        axes.plot(places, height, "x", color=line_style(int(number))["color"], markersize=4, label="_failure")
+        axes.plot(places, height, "x", color=colours[number], markersize=4, label="_failure")
+    return bool(incomplete.size)
 
 
 def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, style: FigureStyle) -> "Figure":

@@ -6,10 +6,13 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.image import imread
 
 from gaitopt import load, load_sweep, save
+from gaitopt.cli import study_output
 from gaitopt.plot.saving import DOTS_PER_INCH
 
 QUICK = """\
@@ -234,3 +237,16 @@ def test_pareto_prints_the_front_and_its_knee(command, quick, folder):
     assert all(point["front"] and point["verified"] for point in again["points"])
     assert command("pareto", quick, "--objectives", "cost,spectral_radius").status == 2
     assert command("pareto", quick, "--bounds", "speed=1").status == 2
+
+
+@pytest.mark.parametrize(("status", "said"), [("pending", "not all sequences computed"), ("infeasible", "no gait")])
+def test_a_point_without_a_gait_is_not_reported_as_failed_while_sequences_are_missing(capsys, status, said):
+    place, sequences = ("sequence", "friction"), ["stick | stick", "slip+ stick | slip+"]
+    table = xr.Dataset(
+        {"cost_of_transport": (place, [[0.02, np.nan], [np.nan, np.nan]], {"units": "1"})},
+        {"sequence": sequences, "friction": ("friction", [0.1, 0.2], {"units": "1"})},
+    )
+    table["lowest_sequence"] = ("friction", ["stick | stick", ""])
+    table["status"] = (place, [["solved", "infeasible"], ["infeasible", status]])
+    study_output._print_lowest(table, ["friction"])
+    assert capsys.readouterr().out.rstrip().endswith(said)

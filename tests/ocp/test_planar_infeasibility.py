@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import attrs
 import casadi as ca
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_structure
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_remarks import find_least_forces, report_inaccuracy
+from gaitopt.ocp.multicontact.planar_remarks import find_least_forces, report_inaccuracy, report_overhead_angles
 from gaitopt.ocp.multicontact.planar_solver import _Start
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
@@ -161,6 +162,19 @@ def test_slip_in_one_direction_is_possible_if_gravity_balances_friction():
     assert "-tan(slope) = -0.1003" in explain_one_way_slip(downhill.replace(sequence="foot slip- > flight |"))
     assert explain_one_way_slip(downhill.replace(friction=0.2, sequence="foot stick > flight |")) is None
     assert explain_one_way_slip(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
+
+
+def test_an_angle_of_half_a_revolution_is_remarked_unless_its_range_is_stated():
+    problem = weak_walk()
+    transcription = transcribe_planar(planar_structure(problem))
+    x = planar_start(transcription, problem)
+    assert report_overhead_angles(transcription, problem, x) == ()
+    name = problem.robot.coordinates[-1]
+    x[transcription.variables[Unknown.COORDINATES][-1, 1]] = -3.5
+    (remark,) = report_overhead_angles(transcription, problem, x)
+    assert remark.startswith(f"angle {name} reaches -201 deg: if this is not intended, state its range")
+    stated = problem.replace(limits=attrs.evolve(problem.limits, coordinate={name: (-4, 4)}))
+    assert report_overhead_angles(transcription, stated, x) == ()
 
 
 @pytest.mark.parametrize("pulled", [False, True])

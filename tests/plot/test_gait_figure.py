@@ -205,6 +205,9 @@ def test_ground_is_inclined_on_a_slope(sloping, slipping):
     assert slope(slipping) == 0
     assert slope(sloping) == pytest.approx(np.tan(np.deg2rad(3)))
     assert "slope of 3\N{DEGREE SIGN} downhill" in draw(sloping).get_suptitle()
+    parameters = {**sloping.motion.parameters, "slope": -sloping.motion.parameters["slope"]}
+    rising = replace(sloping, motion=replace(sloping.motion, parameters=parameters))
+    assert "slope of 3\N{DEGREE SIGN} uphill" in draw(rising).get_suptitle()
 
 
 def check_texts(figure, *, least=8):

@@ -187,6 +187,20 @@ def test_the_lowest_cost_is_that_of_the_sequences_that_are_left():
     assert find_lowest(table.isel(sequence=[0])).tolist() == [-1, 0, 0, 0, 0]
 
 
+def test_a_sweep_of_many_sequences_names_those_with_a_gait_and_marks_points_without_any_in_one_row():
+    few, names = make_sweep(slope=np.linspace(0.0, 0.1, 5)), [f"stick | {number}" for number in range(12)]
+    many = xr.concat([few.isel(sequence=[number % 3]) for number in range(12)], "sequence")
+    many = many.assign_coords(sequence=names)  # sequences 2, 5, 8, 11 have no gait; 0, 3, 6, 9 none at the first point
+    axes = plot_sweep(many).axes[0]
+    texts = [text.get_text() for text in axes.get_figure().legends[0].texts]
+    assert texts == [*(name for number, name in enumerate(names) if number % 3 < 2), "lowest cost"]
+    many["status"][:, 2], many["cost_of_transport"][:, 2], many["objective"][:, 2] = "infeasible", np.nan, np.nan
+    axes = plot_sweep(many).axes[0]
+    crosses = [line for line in axes.lines if line.get_label() == "_failure"]
+    assert [line.get_xdata().tolist() for line in crosses] == [[pytest.approx(np.degrees(0.05))]]
+    assert axes.get_figure().legends[0].texts[-1].get_text() == "no gait"
+
+
 def test_the_ticks_of_a_map_with_few_cells_are_at_their_centres():
     few, many = np.array([0.1, 0.125, 0.16]), np.linspace(0.1, 0.2, 9)
     quantity, regions = plot_sweep(make_sweep(slope=np.radians(few), friction=many)).axes[:2]

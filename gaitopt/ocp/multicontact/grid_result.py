@@ -19,6 +19,7 @@ from gaitopt.ocp.multicontact.planar_remarks import (
     report_early_touchdowns,
     report_inaccuracy,
     report_magnification,
+    report_overhead_angles,
     report_penetrations,
     report_shortest_phases,
 )
@@ -149,7 +150,7 @@ class GridResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on inaccuracy of the plan, possible failure of its replay, and phases of minimum duration."""
+        """Sentences on inaccuracy of the plan, failure of its replay, large angles and phases of minimum duration."""
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
@@ -163,4 +164,5 @@ class GridResult:
             remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
         elif self.fails_replay:
             remarks.append(report_magnification(self.error, self.replay_error))
+        remarks += report_overhead_angles(self.transcription, self.problem, self.outcome.x)
         return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

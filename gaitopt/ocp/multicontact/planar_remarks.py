@@ -184,3 +184,17 @@ def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarPr
         for phase, duration in zip(transcription.phases, durations, strict=True)
         if duration < 1.01 * shortest
     )
+
+
+def report_overhead_angles(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:
+    """Return a sentence for each angle without a range that deviates by half a revolution or more from zero."""
+    robot, ranges = problem.robot, problem.limits.coordinate
+    values = x[transcription.variables[Unknown.COORDINATES]]
+    largest = {name: float(row[np.argmax(np.abs(row))]) for name, row in zip(robot.coordinates, values, strict=True)}
+    turned = [name for name, unit in zip(robot.coordinates, robot.units, strict=True) if unit == "rad"]
+    return tuple(
+        f"angle {name} reaches {np.rad2deg(largest[name]):.0f} deg: if this is not intended, state its range, such as "
+        f"PlanarLimits(coordinate={{{name!r}: (-1.5, 1.5)}}) [rad]."
+        for name in turned
+        if abs(largest[name]) >= np.pi and name not in ranges
+    )
