@@ -235,7 +235,7 @@ def _assemble(nlp: Nlp, sides: tuple[RelaxedSide, ...], n_limits: int) -> Nlp:
         objective=ca.Function("objective", [x, z], [f]),
         n_variables=n + n_limits,
         n_constraints=m + count,
-        independent=nlp.independent,  # further rows contain slacks of their own
+        independent=nlp.independent,  # each further row contains a slack
     )
 
 
