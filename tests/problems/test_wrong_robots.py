@@ -11,7 +11,7 @@ from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, c
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarProblem, solve_planar
-from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts
+from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts, report_unmet_arming
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.stability import PlanarWalkProblem
 
@@ -106,6 +106,9 @@ def test_straight_legs_without_arming_condition_have_the_remedy():
     assert remark.startswith("foot b must stay above the ground while free: a foot of a straight leg")
     assert report_unarmed_contacts(problems[1], [clearance]) == ()
     assert report_unarmed_contacts(problems[0], [dataclasses.replace(clearance, setting="speed")]) == ()
+    assert report_unmet_arming([clearance]) == ()
+    (remark,) = report_unmet_arming([clearance, dataclasses.replace(clearance, setting="Margins.touchdown_armed")])
+    assert remark.endswith("check the sign of the expression.")
 
 
 def test_a_stop_on_a_coordinate_that_does_not_exist_is_refused():

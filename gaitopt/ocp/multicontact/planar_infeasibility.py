@@ -20,7 +20,7 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits, typical_planar_sizes
-from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts
+from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts, report_unmet_arming
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticResult
@@ -226,7 +226,11 @@ def conclude_planar_failure(
         message="no feasible motion found near the initial guess: the smallest possible violation of the limits is not "
         "zero" + _list_insufficient(elastic.insufficient),
         conflicts=conflicts,
-        warnings=failure.solver.warnings + report_unarmed_contacts(problem, conflicts),
+        warnings=(
+            *failure.solver.warnings,
+            *report_unarmed_contacts(problem, conflicts),
+            *report_unmet_arming(conflicts),
+        ),
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )
     return failure.replace_fields(status=Status.INFEASIBLE, solver=report)

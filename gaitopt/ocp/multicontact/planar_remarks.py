@@ -174,6 +174,16 @@ def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict
     )
 
 
+def report_unmet_arming(conflicts: Sequence[Conflict]) -> tuple[str, ...]:
+    """Return a remedy if the arming condition of a contact that lands conflicts with the other limits."""
+    if not any(conflict.setting == "Margins.touchdown_armed" for conflict in conflicts):
+        return ()
+    return (
+        "A contact may close only where the expression `armed` of its definition is positive, for a foot where its leg "
+        "is ahead of the other one: check the sign of the expression.",
+    )
+
+
 def report_shortest_phases(transcription: PlanarTranscription, problem: PlanarProblem, x: Array) -> tuple[str, ...]:
     """Return a sentence for each phase of minimum duration."""
     shortest = problem.limits.shortest_phase
