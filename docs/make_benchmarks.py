@@ -55,8 +55,9 @@ times as long as that of the hand-tuned script.
 The command `gaitopt solve problems/compass_slip.py` takes 0.9 s of processor time: 30 % in Ipopt (80 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
 (half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
-and checks between nodes. It takes 0.73 of the processor time and 0.64 of the wall-clock time of an earlier revision of
-gaitopt, 183f18f (medians of 12 pairs of runs with compiled bytecode, 2026-11-25); other packages, Ipopt and the linear
+and checks between nodes. These shares were measured on 2026-11-25; Ipopt and the import of gaitopt take less since. The
+command takes 0.67 of the processor time and 0.60 of the wall-clock time of an earlier revision of
+gaitopt, 183f18f (medians of 25 pairs of runs with compiled bytecode, 2026-11-28); other packages, Ipopt and the linear
 program alone take 0.4 of the processor time of that revision.
 Derivatives are not stored on disk: the command builds them in 32 ms, and CasADi would take 24 ms to identify and read
 stored ones.

@@ -161,7 +161,10 @@ def _describe_verified_ball(tuned: "TunedGains") -> str:
     """Return how many walks returned to the gait in the verification, in words."""
     facts = tuned.verified
     if not facts.get("push_radius"):
-        return "no ball of pushes from which all walks return"
+        interrupted = "no: the verification was interrupted before all starts of a ball were tested"
+        return (
+            interrupted if facts.get("interrupted") else "no: in each tested ball of pushes, some walks do not return"
+        )
     pushed = (
         f"{facts['returned']} of {facts['starts']} starts within {facts['push_radius']:.4g} rad/s return to the gait"
     )

@@ -130,7 +130,7 @@ def locate_zero(stepper: Stepper, one: CurvePoint, other: CurvePoint, test: Test
         None if the corrector fails in between, or the points on both sides of the zero lie on different branches.
     """
     length = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
-    sides = {value > 0: (share, point) for share, point in ((0.0, one), (1.0, other)) for value in (test(point),)}
+    sides = {test(one) > 0: (0.0, one), test(other) > 0: (1.0, other)}
 
     def evaluate(share: float) -> float:
         if share in (0.0, 1.0):

@@ -50,7 +50,11 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     facts["verified"]["push_radius"] = 0.0
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
-    assert "no ball of pushes from which all walks return" in " ".join(capsys.readouterr().out.split())
+    assert "no: in each tested ball of pushes, some walks do not return" in " ".join(capsys.readouterr().out.split())
+    facts["verified"]["interrupted"] = True
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    print_result(load_tuning(path))
+    assert "no: the verification was interrupted before all" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_file_is_open(tuned, tmp_path):
