@@ -47,8 +47,8 @@ COLOURS = "cividis"
 MOST_SEQUENCES, MOST_ROWS = 6, 3
 """Number of sequences up to which those without a gait are named, and of rows of crosses up to which each has one."""
 
-FEW_CELLS = 6
-"""Number of cells along the axis of a map whose values are all labelled."""
+FEW_CELLS, FEW_TICKS = 6, 8
+"""Number of cells along the axis of a map whose values are all labelled, and of labels that fit along it."""
 
 
 @check_arguments
@@ -277,10 +277,10 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
 
 def _mark_cells(axes: "Axes", across: Array, upward: Array) -> None:
     """Place ticks at the centres of the cells of a map if there are few; others are between the computed points."""
-    if across.size <= FEW_CELLS:
-        axes.set_xticks(across, [f"{value:.4g}" for value in across])
-    if upward.size <= FEW_CELLS:
-        axes.set_yticks(upward, [f"{value:.4g}" for value in upward])
+    for axis, values in ((axes.xaxis, across), (axes.yaxis, upward)):
+        even = np.min(np.diff(np.sort(values))) >= np.ptp(values) / FEW_TICKS  # labels of closer ticks would overlap
+        if values.size <= FEW_CELLS and even:
+            axis.set_ticks(values, [f"{value:.4g}" for value in values])
 
 
 def _draw_limit(axes: "Axes", places: tuple[Array, Array], radii: Array) -> "list[Artist]":

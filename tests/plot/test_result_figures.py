@@ -208,6 +208,8 @@ def test_the_ticks_of_a_map_with_few_cells_are_at_their_centres():
         np.testing.assert_allclose(axes.get_xticks(), few)
     assert [text.get_text() for text in regions.get_xticklabels()] == ["0.1", "0.125", "0.16"]
     assert len(quantity.get_yticks()) != many.size
+    crowded = np.array([0.1, 0.101, 0.16])
+    assert len(plot_sweep(make_sweep(slope=np.radians(crowded), friction=many)).axes[0].get_xticks()) > 3
 
 
 def test_a_sweep_without_a_gait_states_whether_it_was_interrupted():
