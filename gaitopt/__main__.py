@@ -34,10 +34,11 @@ def _leave(status: list[int]) -> None:
 def main() -> None:
     """Import and run the command that the command line names."""
     os.environ["MPLBACKEND"] = "agg"  # no command opens a window, and an unknown backend would be an error
+    _use_one_thread()
     former = signal.getsignal(signal.SIGINT)
     if former is signal.default_int_handler:
         signal.signal(signal.SIGINT, _exit_immediately)
-    from gaitopt.cli.collection import collect_rarely
+    from gaitopt.cli.collection import collect_rarely, exclude_imported_modules
 
     with collect_rarely():
         from gaitopt.address_space import check_imports
@@ -45,6 +46,7 @@ def main() -> None:
 
         app.import_commands(sys.argv[1:])
         check_imports()
+        exclude_imported_modules()
         threading.excepthook = app.report_thread_error
         try:
             app.main(handler=former if callable(former) else None)
@@ -56,6 +58,12 @@ def main() -> None:
             # A Ctrl-C during the clean-up of the interpreter would replace the status of the command that has ended.
             atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
             raise
+
+
+def _use_one_thread() -> None:
+    """Set linear algebra to one thread unless the user has set a number: on small matrices the others only wait."""
+    if not any(name in os.environ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")):
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 
 def _exit_by_interrupt() -> None:

@@ -33,17 +33,36 @@ def find_longest_reach(robot: Robot, values: Mapping[str, float], limits: Sequen
     For round feet it is the distance between their slide coordinates, by which a step without slip moves the walker
     forward.
     """
-    return _reach(robot, tuple(robot.vector(values)), tuple(limits))
+    return _reach(robot, _positions_of_feet(robot, values), tuple(limits))
 
 
 def reaches(robot: Robot, values: Mapping[str, float], limits: Sequence[tuple[float, float]], step: float) -> bool:
     """Return whether a step [m] is possible with angles within their bounds [rad]; see :func:`find_longest_reach`."""
-    p, box = tuple(robot.vector(values)), tuple(limits)
+    p, box = _positions_of_feet(robot, values), tuple(limits)
     # The pose at touchdown is the start of most guesses; uneven ground has no slope between footprints without travel.
     pose = _pose_by_newton(robot, p, step) if step > 0 else None
     if pose is not None and all(lower <= angle <= upper for angle, (lower, upper) in zip(pose, box, strict=True)):
         return True
     return step <= _sample_reach(robot, p, box) or step <= _reach(robot, p, box)
+
+
+def _positions_of_feet(robot: Robot, values: Mapping[str, float]) -> tuple[float, ...]:
+    """Return the parameter vector, with zeros for parameters without effect on the position of the landing foot.
+
+    Poses are kept for these parameters, so that none is computed again for another mass or friction.
+    """
+    p = robot.vector(values)
+    return tuple(p) if is_on_uneven_ground(robot) else tuple(np.where(_affects_feet(robot), p, 0.0).tolist())
+
+
+@functools.lru_cache(maxsize=256)
+def _affects_feet(robot: Robot) -> Array:
+    """Return which parameters affect the landing foot or the touchdown guard, shape (n_p,)."""
+    affects, p = np.zeros(len(robot.parameters), dtype=bool), 2  # inputs are q, v, p
+    for function in (robot.landing, robot.touchdown):
+        for output in range(function.n_out()):
+            affects[function.jac_sparsity(output, p).get_triplet()[1]] = True
+    return affects
 
 
 @functools.lru_cache(maxsize=256)
@@ -139,7 +158,7 @@ def touchdown_pose(robot: Robot, values: Mapping[str, float], step: float) -> Ar
     InputError
         If no such pose is found.
     """
-    angles = _pose(robot, tuple(robot.vector(values)), step)
+    angles = _pose(robot, _positions_of_feet(robot, values), step)
     if angles is None:
         raise InputError(
             f"Robot {robot.name!r} has no touchdown pose with a step length of {step:g} m; choose another step length."
