@@ -2,6 +2,9 @@
 
 import gc
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,6 +32,39 @@ def test_a_command_searches_for_unreachable_objects_seldom_and_restores_the_defa
     assert command("problems", "--json").status == 0
     assert during == [ALLOCATIONS]
     assert gc.get_threshold() == before
+    assert gc.get_freeze_count() == 0
+
+
+COUNTING = """
+import atexit, gc, sys
+from gaitopt import __main__
+from gaitopt.cli import collection
+
+searches = []
+gc.callbacks.append(lambda phase, _: phase == "start" and searches.append(gc.get_threshold()[0]))
+excluded, exclude = [], collection.exclude_imported_modules
+collection.exclude_imported_modules = lambda: (exclude(), excluded.append(len(searches)))
+atexit.register(lambda: print("searches", len(searches) - excluded[0]))
+sys.argv = ["gaitopt", "solve", sys.argv[1], "--quiet", "-o", sys.argv[2]]
+__main__.main()
+"""
+
+
+@pytest.mark.slow
+def test_a_solve_ends_before_python_searches_for_unreachable_objects(tmp_path):
+    words = [sys.executable, "-c", COUNTING, "problems/compass_slip.py", str(tmp_path / "gait.h5")]
+    run = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "searches 0"
+
+
+@pytest.mark.parametrize("given", [{}, {"OMP_NUM_THREADS": "2"}, {"OPENBLAS_NUM_THREADS": "3"}])
+def test_linear_algebra_has_one_thread_unless_a_number_is_given(given):
+    inherited = {key: value for key, value in os.environ.items() if not key.endswith("_NUM_THREADS")}
+    code = "import os; from gaitopt.__main__ import _use_one_thread; _use_one_thread(); "
+    code += "print(os.environ.get('OPENBLAS_NUM_THREADS'))"
+    words = [sys.executable, "-c", code]
+    run = subprocess.run(words, env=inherited | given, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == (given.get("OPENBLAS_NUM_THREADS", "None") if given else "1")
 
 
 def test_commands_and_python_verbs_have_the_same_names():

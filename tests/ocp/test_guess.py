@@ -24,7 +24,7 @@ from gaitopt.ocp.bounds import bounds
 from gaitopt.ocp.initial.initial_point import initial_point, setting
 from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.statement.initial_guess import Setting
-from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches, touchdown_pose
+from gaitopt.ocp.statement.touchdown_pose import _pose_by_newton, find_longest_reach, reaches, touchdown_pose
 from tests.ocp.nlp_examples import SCHEMES, example_nlp, unknowns
 
 PERIOD, STEP = 0.75, 0.47
@@ -229,3 +229,15 @@ def test_scattered_starts_differ_by_seed_and_meet_the_poses_at_both_ends(referen
 def test_waves_that_cannot_be(given):
     with pytest.raises(InputError, match=r"RandomPerturbation\."):
         RandomPerturbation(**given)
+
+
+def test_a_pose_is_computed_once_for_all_masses_and_again_for_another_leg_length():
+    robot = compass_biped()
+    values = robot.resolve({})
+    first, before = touchdown_pose(robot, values, 0.31), _pose_by_newton.cache_info().misses
+    np.testing.assert_array_equal(touchdown_pose(robot, values | {"hip_mass": 7.0, "friction": 0.2}, 0.31), first)
+    assert _pose_by_newton.cache_info().misses == before
+    # Both legs are symmetric about the vertical: sin(angle) = step / (2 leg length).
+    for length in (1.6, 0.8):
+        pose = touchdown_pose(robot, values | {"leg_length": length, "leg_com": 0.4}, 0.31)
+        np.testing.assert_allclose(np.sort(np.abs(pose)), np.arcsin(0.31 / (2 * length)), atol=1e-12)
