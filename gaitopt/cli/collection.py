@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 ALLOCATIONS = 100_000
-"""Number of new objects after which Python searches for unreachable ones; a solve of one foot makes fewer."""
+"""Number of new objects after which Python searches for unreachable ones; a solve of one foot makes fewer after its imports."""
 
 
 @contextmanager
@@ -22,5 +22,5 @@ def collect_rarely() -> Iterator[None]:
 
 
 def exclude_imported_modules() -> None:
-    """Exclude all present objects from the search, until `collect_rarely` ends: a solve makes fewer than its modules."""
+    """Exclude present objects from the search until `collect_rarely` ends: most objects of a solve are its modules."""
     gc.freeze()
