@@ -17,6 +17,8 @@ from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 
 ROOT = Path(__file__).parent
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two processes share the tests, and further threads would only wait
+
 COSTLY = (
     *("tests/problems/test_studies.py", "tests/cli/test_studies.py", "docs/howto/branches.md"),
     *("tests/tuning/test_planar_feedback.py", "tests/parallel/test_dask_executor.py", "docs/howto/design.md"),

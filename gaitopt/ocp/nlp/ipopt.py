@@ -3,6 +3,7 @@
 import functools
 import math
 import mmap
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -61,6 +62,26 @@ BLAS_BUFFER = 2**27
 
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
+
+
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+"""Variables of the environment with which users set the number of threads of OpenBLAS."""
+
+
+@functools.cache
+def _load() -> None:
+    """Load Ipopt, once in a process, with one thread for linear algebra unless the user has set a number.
+
+    The blocks of these linear systems are so small that a second thread takes half of the processor time, for waiting.
+    """
+    given = any(name in os.environ for name in THREADS)
+    if not given:
+        os.environ[THREADS[0]] = "1"  # it is read when the library is loaded
+    try:
+        ca.load_nlpsol("ipopt")
+    finally:
+        if not given:
+            del os.environ[THREADS[0]]
 
 
 @functools.cache
@@ -234,6 +255,7 @@ def _lock_solves() -> Iterator[None]:
 @functools.lru_cache(maxsize=32)
 def _compile(nlp: Nlp, options: Ipopt, barrier: Barrier | None) -> tuple[ca.Function, IterationCallback]:
     """Return the solver of an NLP and its iteration callback; built once for equal options."""
+    _load()
     callback = IterationCallback(nlp)
     settings = {**options._options(nlp, barrier), "iteration_callback": callback}
     return nlp.solver("gait", "ipopt", settings), callback
