@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 ALLOCATIONS = 100_000
-"""Number of new objects after which Python searches for unreachable ones; a solve of one foot makes fewer after its imports."""
+"""Number of new objects after which Python searches for unreachable ones; most solves make fewer after imports."""
 
 
 @contextmanager
