@@ -78,7 +78,7 @@ def _load() -> None:
     if not given:
         os.environ[THREADS[0]] = "1"  # it is read when the library is loaded
     try:
-        ca.load_nlpsol("ipopt")
+        ca.has_nlpsol("ipopt")  # loads it if it is not loaded yet
     finally:
         if not given:
             del os.environ[THREADS[0]]
