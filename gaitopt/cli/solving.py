@@ -89,7 +89,6 @@ def solve(
     from gaitopt.cli.failed_solve import is_gait_file
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
-    from gaitopt.model.plausible_sizes import report_implausible_sizes
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
     repeated = is_gait_file(source)
@@ -103,7 +102,7 @@ def solve(
     check_writable(path)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
-    for remark in report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower):
+    for remark in _list_implausible(problem):
         err.print(f"warning: {remark}", soft_wrap=True)  # before the solve, which may take long and fails
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
@@ -119,6 +118,18 @@ def solve(
     if not gait.status.ok:
         print_reason(_state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
+    """Return the sentences on implausible sizes and directions of the robot of a problem."""
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
+    from gaitopt.model.plausible_sizes import report_implausible_sizes
+
+    sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
+    if isinstance(problem.robot, PlanarRobot):
+        return sizes + report_implausible_geometry(problem.robot, problem.values)
+    return sizes
 
 
 def _solve_and_import(

@@ -19,7 +19,7 @@ MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
 
 
 def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True, place=lambda hip, foot: foot):
-    """Return a biped whose feet, if armed, land in front only; a stop limits the coordinate that is named.
+    """Return a biped whose feet, if armed, land in front only, or behind if it is -1; a stop limits a coordinate.
 
     The positions of the contacts are those of the feet, or what `place` returns for hip and foot.
     """
@@ -27,7 +27,7 @@ def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True, place=lamb
     hip, bodies, contacts = ca.vertcat(c.coordinate("x"), c.coordinate("y")), [], {}
     for leg, other in ("ab", "ba"):
         foot = hip + ca.vertcat(ca.sin(c.coordinate(leg)), -ca.cos(c.coordinate(leg)))
-        ahead = c.coordinate(leg) - c.coordinate(other) if armed else None
+        ahead = armed * (c.coordinate(leg) - c.coordinate(other)) if armed else None
         contacts[f"foot {leg}"] = PointContact(place(hip, foot), armed=ahead)
         bodies += [PointMass(leg_mass, (hip + foot) / 2)] if leg_mass else []
     if stop is not None:

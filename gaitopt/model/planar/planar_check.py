@@ -14,6 +14,7 @@ from gaitopt.model.mechanics import SINGULAR, describe_massless
 from gaitopt.model.planar.contact_translation import describe_detached_contacts
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.parameters import Parameter
 
@@ -53,7 +54,8 @@ class PlanarCheck:
     faults : tuple of str
         Faults with their remedies, one sentence each; empty for a correct robot.
     remarks : tuple of str
-        Implausible sizes with the likely unit, such as a length of 900 m; they do not affect `passed`.
+        Implausible sizes with the likely unit, such as a length of 900 m, and directions of legs and feet that seem
+        reversed; they do not affect `passed`.
 
     Examples
     --------
@@ -143,7 +145,8 @@ def check_planar(
     )
     if -least > SINGULAR:
         faults += describe_detached_contacts(robot, q, p)
-    return PlanarCheck(-least, energy, contacts, travel, mirror, faults, report_implausible_sizes(robot, values))
+    remarks = report_implausible_sizes(robot, values) + report_implausible_geometry(robot, values)
+    return PlanarCheck(-least, energy, contacts, travel, mirror, faults, remarks)
 
 
 def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:

@@ -15,6 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
+from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
@@ -370,7 +371,11 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=report_implausible_sizes(problem.robot, values, problem.step_length_range.lower) + result.warnings,
+            warnings=(
+                *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
+                *report_implausible_geometry(problem.robot, values),
+                *result.warnings,
+            ),
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),
