@@ -57,6 +57,9 @@ AFTER_THE_SOLVE = (
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
+FAILURES = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.DIVERGING)
+"""Statuses of a solve without a gait after which its remedies are tried."""
+
 TABLE = ("gaitopt.cli.console", "gaitopt.cli.gait_output")
 """Modules of the table of a gait, which --quiet hides."""
 
@@ -111,6 +114,8 @@ def solve(
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
+        elif not interrupted:
+            gait, interrupted = _try_remedies(problem, gait, observer, display)
     failure = None if repeated or interrupted or gait.status.ok else path.with_name(f"{path.stem}_failed.h5")
     interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
     if interrupted:
@@ -185,6 +190,23 @@ def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[G
     except KeyboardInterrupt:
         return gait.without_certificate(), True
     return gait, False
+
+
+def _try_remedies(
+    problem: "GaitProblem | PlanarProblem", gait: "Gait | PlanarGait", observer: SolveObserver, display: Display
+) -> "tuple[Gait | PlanarGait, bool]":
+    """Return a failed solve, for several contacts with its tested remedies, and whether the test was interrupted."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.simulation.remedy_trials import try_remedies
+
+    if not (isinstance(problem, PlanarProblem) and isinstance(gait, PlanarGait) and gait.status in FAILURES):
+        return gait, False
+    display.describe("no gait was found; solving with other limits")
+    try:
+        return try_remedies(problem, gait, observer), False
+    except KeyboardInterrupt:
+        return gait, True
 
 
 def _save_and_report(
