@@ -67,7 +67,7 @@ def describe_mirror_fault(robot: PlanarRobot, q: Vector, v: Vector, p: Vector, c
     Examples
     --------
     >>> from gaitopt.model.robots.kneed_walker import kneed_walker
-    >>> robot, rest = kneed_walker(), np.zeros(5)
+    >>> robot, rest = kneed_walker(), np.zeros(6)
     >>> describe_mirror_fault(robot, rest, rest, robot.vector(robot.resolve({})), 0.1).partition(" (")[0]
     'the mirror changes nothing in this state'
     """
