@@ -15,7 +15,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_suspects
-from gaitopt.ocp.multicontact.planar_solver import solve_planar
+from gaitopt.ocp.multicontact.planar_solver import solve_from_guess
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.progress import Observer, silent
 from gaitopt.simulation.planar_verification import verify_planar
@@ -28,7 +28,7 @@ MOST_ITERATIONS = 200
 """Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 130."""
 
 MOST_LIMITS = 3
-"""Largest number of limits that are tried: each trial takes as long as a solve."""
+"""Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
 
 
 def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent) -> PlanarGait:
@@ -41,6 +41,7 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     Parameters
     ----------
     problem : PlanarProblem
+        With an open sequence, nothing is tried: the conflicts are those of one of its sequences.
     failure : PlanarGait
         Result of its solve.
     observer : Observer, optional
@@ -56,6 +57,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     'try_remedies'
     """
     report = failure.solver
+    if problem.sequence.is_open:
+        return failure
     numbers = [i for i, each in enumerate(report.conflicts) if each.separable and math.isfinite(each.sufficient)]
     tried = {i: _try_limit(problem, report.conflicts[i], observer) for i in numbers[:MOST_LIMITS]}
     conflicts = [tried.get(i, conflict) for i, conflict in enumerate(report.conflicts)]
@@ -118,7 +121,7 @@ def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
 def _is_solved(problem: PlanarProblem, observer: Observer) -> bool:
     """Return whether a problem has a gait that passes its replay; a guess for another sequence is not accepted."""
     try:
-        gait = solve_planar(problem, solver=Ipopt(max_iterations=MOST_ITERATIONS), observer=observer)
+        gait = solve_from_guess(problem, Ipopt(max_iterations=MOST_ITERATIONS), observer)
     except InputError:
         return False
     if gait.status is Status.INTERRUPTED:

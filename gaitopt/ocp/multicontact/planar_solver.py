@@ -137,6 +137,21 @@ def solve_planar(
     return _solve_again(closed[nearest // starts], gaits[nearest], solver, observer)
 
 
+def solve_from_guess(problem: PlanarProblem, solver: Ipopt, observer: Observer = silent) -> PlanarGait:
+    """Return the result of the first start of :func:`solve_planar` alone: if it fails, no conflict is sought.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+        A problem with a closed contact sequence.
+    solver : Ipopt
+    observer : Observer, optional
+    """
+    if (reason := explain_one_way_slip(problem)) is not None:
+        return _refuse(problem, reason, solver, observer)
+    return _solve_start(problem, 0, evolve(solver, permute=True).start_clock(), observer)
+
+
 def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
     """Return the gait found from a coarser grid or from a feasible motion if all starts have failed, or the failure."""
     solve_once = functools.partial(_solve_start, number=0, observer=observer)
