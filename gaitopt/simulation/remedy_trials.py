@@ -4,8 +4,9 @@ A limit that suffices at the nodes of a coarse grid need not lead to a gait, and
 contact sequence or the sign of the slope, which are no limits.
 """
 
+import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from gaitopt.errors import InputError
@@ -21,11 +22,18 @@ from gaitopt.progress import Observer, silent
 from gaitopt.simulation.planar_verification import verify_planar
 from gaitopt.status import Status
 
+Trial = Callable[[PlanarProblem], bool]
+"""Solve and replay of a problem: whether it has a verified gait."""
+
 CHANGES = (1.0, 1.3)
 """Changes of a limit that are tried, relative to the one that suffices at the nodes of a coarse grid."""
 
 MOST_ITERATIONS = 200
 """Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 130."""
+
+LONGEST_SHARE, LEAST_TIME = 2.0, 10.0
+"""Largest duration of a trial, relative to that of the failed solve, and the least value of this limit [s]: far from a
+gait, restoration phases and refinements of a grid may take minutes."""
 
 MOST_LIMITS = 3
 """Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
@@ -59,19 +67,22 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     report = failure.solver
     if problem.sequence.is_open:
         return failure
+    longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
+    solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
+    is_solved = functools.partial(_is_solved, solver=solver, observer=observer)
     numbers = [i for i, each in enumerate(report.conflicts) if each.separable and math.isfinite(each.sufficient)]
-    tried = {i: _try_limit(problem, report.conflicts[i], observer) for i in numbers[:MOST_LIMITS]}
+    tried = {i: _try_limit(problem, report.conflicts[i], is_solved) for i in numbers[:MOST_LIMITS]}
     conflicts = [tried.get(i, conflict) for i, conflict in enumerate(report.conflicts)]
     conflicts.sort(key=lambda conflict: not conflict.verified)
     warnings = list(report.warnings)
     if not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
-        warnings += [*(each for each in suspects if each not in warnings), *_try_variants(problem, observer)]
-    solver = report.replace_fields(conflicts=tuple(conflicts), warnings=tuple(warnings))
-    return failure.replace_fields(solver=solver)
+        warnings += [each for each in suspects if each not in warnings]
+        warnings = [*_try_variants(problem, is_solved), *warnings]
+    return failure.replace_fields(solver=report.replace_fields(conflicts=tuple(conflicts), warnings=tuple(warnings)))
 
 
-def _try_limit(problem: PlanarProblem, conflict: Conflict, observer: Observer) -> Conflict:
+def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> Conflict:
     """Return a conflict with the first of some values with which a gait is verified, or marked otherwise."""
     for change in CHANGES:
         value = conflict.limit + change * (conflict.sufficient - conflict.limit)
@@ -81,22 +92,22 @@ def _try_limit(problem: PlanarProblem, conflict: Conflict, observer: Observer) -
             break
         if relaxed is None:
             return conflict
-        if _is_solved(relaxed, observer):
+        if is_solved(relaxed):
             return replace(conflict, sufficient=value, verified=True)
     return replace(conflict, verified=False)
 
 
-def _try_variants(problem: PlanarProblem, observer: Observer) -> Iterator[str]:
+def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
     """Yield a sentence for each other sequence or slope with which a gait is verified."""
     sequence = _exchange_contacts(problem)
-    if sequence is not None and _is_solved(problem.replace(sequence=sequence), observer):
+    if sequence is not None and is_solved(problem.replace(sequence=sequence)):
         yield (
             f"With the contacts of each foot exchanged, sequence='{sequence}', a verified gait was found: state this "
             "sequence if it is the intended one, or check the positions of the contacts."
         )
     if problem.slope < 0 and "slope" not in problem.free:
         opposite = problem.replace(slope=-problem.slope)
-        if _is_solved(opposite, observer):
+        if is_solved(opposite):
             yield f"Downhill, with slope={opposite.slope:.4g}, a verified gait was found."
 
 
@@ -118,10 +129,10 @@ def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
         return None
 
 
-def _is_solved(problem: PlanarProblem, observer: Observer) -> bool:
+def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> bool:
     """Return whether a problem has a gait that passes its replay; a guess for another sequence is not accepted."""
     try:
-        gait = solve_from_guess(problem, Ipopt(max_iterations=MOST_ITERATIONS), observer)
+        gait = solve_from_guess(problem, solver, observer)
     except InputError:
         return False
     if gait.status is Status.INTERRUPTED:
