@@ -31,7 +31,7 @@ def uphill():
 
 @pytest.fixture(scope="module")
 def failure(uphill):
-    """Return a solve that is ended at once; its conflicts are stated by each test."""
+    """Return a solve that ends after one iteration; its conflicts are stated by each test."""
     gait = solve_planar(uphill, solver=Ipopt(max_iterations=1))
     assert not gait.status.ok
     return gait
