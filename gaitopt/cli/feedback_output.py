@@ -107,9 +107,7 @@ def print_tuning(tuned: "Tuning") -> None:
     if tuned.changes_sequence:
         text = f"{tuned.sequence} under the law, {tuned.planned_sequence} in the gait"
         table.add_row("contact sequence", Text(text, style="yellow"))
-    table.add_row(
-        "verified", "no: the search was interrupted" if tuned.search_interrupted else _verification_text(tuned.verified)
-    )
+    table.add_row("verified", verification_text(tuned.verified, search_interrupted=tuned.search_interrupted))
     if tuned.hardly_recovers:
         table.add_row("recovery", Text(_describe_poor_recovery(tuned), style="yellow"))
     ended = "; interrupted" if tuned.search_interrupted else ""
@@ -170,21 +168,23 @@ def _count_failures(verified: "Recovery") -> str:
     return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
-def _verification_text(verified: "Recovery") -> str:
-    """Return the result of a verification, in words."""
-    if verified.interrupted and not verified.returned:
+def verification_text(verified: "Recovery", *, search_interrupted: bool = False) -> str:
+    """Return the result of a verification, in words; a file of an earlier version does not contain all of them."""
+    if search_interrupted:
+        return "no: the search was interrupted"
+    if verified.interrupted and not verified.radius:
         return "no: the verification was interrupted before all starts of a ball were tested"
+    steps = format_count(verified.steps, "step")
     if not verified.radius:
-        if not 0 < verified.beyond < math.inf:
+        if verified.beyond in (0, math.inf):
             return "no: the law does not stabilise the gait"
-        return (
-            f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait "
-            f"in {format_count(verified.steps, 'step')} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
-        )
-    text = (
-        f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait "
-        f"(within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
-    )
+        text = f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait"
+        if math.isnan(verified.beyond):
+            return text
+        return f"{text} in {steps} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
+    text = f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait"
+    if verified.steps:
+        text += f" (within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
 
 

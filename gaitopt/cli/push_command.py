@@ -221,7 +221,7 @@ class _ControlledGait:
 
 
 def _resume(output: Path | None, settings: dict[str, Any], kinds: tuple[str, ...], known: tuple[str, ...]) -> _Results:
-    """Return the results of the interrupted test in the output file, or none; InputError if it is another test."""
+    """Return the results of the interrupted test in the output file, or none; InputError if it is another one."""
     from gaitopt.study.robustness.robustness_record import load_robustness
 
     record = None
@@ -230,6 +230,11 @@ def _resume(output: Path | None, settings: dict[str, Any], kinds: tuple[str, ...
             record = load_robustness(output)
     if record is None or not record.missing:
         return _Results(kinds=kinds)
+    if not record.starts or math.isnan(record.ball):
+        raise InputError(
+            f"{output} contains an interrupted push test of an earlier version of gaitopt. It cannot be completed, "
+            "since its --starts and --ball are not known: delete the file, or state another output file with -o."
+        )
     for name, value in settings.items():
         if not _agree(stored := getattr(record, name), value):
             raise InputError(

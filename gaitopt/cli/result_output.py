@@ -132,6 +132,7 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
 
 def print_gains(tuned: "TunedGains") -> None:
     """Print tuned gains as a table."""
+    from gaitopt.cli.feedback_output import verification_text
     from gaitopt.tuning.gain_units import tabulate_gains
 
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
@@ -144,7 +145,7 @@ def print_gains(tuned: "TunedGains") -> None:
         "spectral radius",
         f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius)} under the law",
     )
-    table.add_row("verified", _describe_verified_ball(tuned))
+    table.add_row("verified", verification_text(tuned.recovery, search_interrupted=tuned.search_interrupted))
     limits = tuned.settings.torque_limit
     table.add_row(
         "torque limits",
@@ -155,17 +156,3 @@ def print_gains(tuned: "TunedGains") -> None:
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))
     out.print(table)
-
-
-def _describe_verified_ball(tuned: "TunedGains") -> str:
-    """Return how many walks returned to the gait in the verification, in words."""
-    facts = tuned.verified
-    if not facts.get("push_radius"):
-        interrupted = "no: the verification was interrupted before all starts of a ball were tested"
-        return (
-            interrupted if facts.get("interrupted") else "no: in each tested ball of pushes, some walks do not return"
-        )
-    pushed = (
-        f"{facts['returned']} of {facts['starts']} starts within {facts['push_radius']:.4g} rad/s return to the gait"
-    )
-    return f"{pushed}; interrupted before larger pushes were tested" if facts.get("interrupted") else pushed

@@ -57,6 +57,9 @@ AFTER_THE_SOLVE = (
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
+FAILURES = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.DIVERGING)
+"""Statuses of a solve without a gait after which its remedies are tried."""
+
 TABLE = ("gaitopt.cli.console", "gaitopt.cli.gait_output")
 """Modules of the table of a gait, which --quiet hides."""
 
@@ -89,7 +92,6 @@ def solve(
     from gaitopt.cli.failed_solve import is_gait_file
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
-    from gaitopt.model.plausible_sizes import report_implausible_sizes
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
     repeated = is_gait_file(source)
@@ -103,7 +105,7 @@ def solve(
     check_writable(path)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
-    for remark in report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower):
+    for remark in _list_implausible(problem):
         err.print(f"warning: {remark}", soft_wrap=True)  # before the solve, which may take long and fails
     with show_progress(f"{problem.name}: building", hidden=json) as display:
         observer = _observer(display, problem.objective.name, verbose or not (json or quiet), verbose)
@@ -112,6 +114,8 @@ def solve(
         interrupted = gait.status is Status.INTERRUPTED
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
+        elif not interrupted:
+            gait, interrupted = _try_remedies(problem, gait, observer, display)
     failure = None if repeated or interrupted or gait.status.ok else path.with_name(f"{path.stem}_failed.h5")
     interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
     if interrupted:
@@ -119,6 +123,18 @@ def solve(
     if not gait.status.ok:
         print_reason(_state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
+
+
+def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
+    """Return the sentences on implausible sizes and directions of the robot of a problem."""
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
+    from gaitopt.model.plausible_sizes import report_implausible_sizes
+
+    sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
+    if isinstance(problem.robot, PlanarRobot):
+        return sizes + report_implausible_geometry(problem.robot, problem.values)
+    return sizes
 
 
 def _solve_and_import(
@@ -174,6 +190,23 @@ def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[G
     except KeyboardInterrupt:
         return gait.without_certificate(), True
     return gait, False
+
+
+def _try_remedies(
+    problem: "GaitProblem | PlanarProblem", gait: "Gait | PlanarGait", observer: SolveObserver, display: Display
+) -> "tuple[Gait | PlanarGait, bool]":
+    """Return a failed solve, for several contacts with its tested remedies, and whether the test was interrupted."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.simulation.remedy_trials import try_remedies
+
+    if not (isinstance(problem, PlanarProblem) and isinstance(gait, PlanarGait) and gait.status in FAILURES):
+        return gait, False
+    display.describe("no gait was found; solving with other limits")
+    try:
+        return try_remedies(problem, gait, observer), False
+    except KeyboardInterrupt:
+        return gait, True
 
 
 def _save_and_report(

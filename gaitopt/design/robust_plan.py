@@ -21,13 +21,16 @@ from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.verification import verify
 from gaitopt.stability.recovery import PushTest
 from gaitopt.status import Status
-from gaitopt.tuning.controller_family import TorqueLimit
+from gaitopt.tuning.controller_family import FAMILIES, TorqueLimit
 from gaitopt.tuning.gain_search import GainSearchOptions
 from gaitopt.tuning.record import Tuning
 from gaitopt.tuning.tune import tune_feedback
 
 MOST_ROUNDS = 8
 """Largest number of scenarios that are added."""
+
+LARGEST_TOLERANCE = 0.1
+"""Largest tolerance that is advised [rad, rad/s, m/s]: rates of legs are of the order of 1 rad/s."""
 
 QUICK = PushTest(starts=1, steps=1, resolution=1.0)
 """Verification of the tuned law in each round, which the scenarios replace."""
@@ -106,8 +109,17 @@ class RobustPlan:
             others.insert(0, "friction")
         if not others:
             return ""
-        kind = "slipping gait" if slips else "gait"
         larger = float(f"{2 * walk.distance:.0e}")
+        if larger > LARGEST_TOLERANCE:
+            laws = ", ".join(name for name in FAMILIES if name != self.law.name)
+            gains = "tune its gains with more evaluations (search=), " if self.gains else ""
+            return (
+                "The walk is too far from the plan to have returned to a nearby gait: the law "
+                f"{self.law.name} does not maintain the gait in this scenario. Choose another law (law=), such as "
+                f"{laws}, {gains}or increase torque_limit=; a tolerance that accepts this walk would not show that the "
+                "gait is maintained."
+            )
+        kind = "slipping gait" if slips else "gait"
         return (
             f"The periodic motion of a {kind} depends on {' and '.join(others)}, so the walk does not return to the "
             f"plan exactly: state a larger tolerance=, such as Scenarios(..., tolerance={larger:g})."

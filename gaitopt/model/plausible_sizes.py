@@ -72,10 +72,15 @@ def _report_limits(parameters: Sequence[Parameter], values: Mapping[str, float])
         ("m/s^2", STRONGEST, "gravitational accelerations are"),
     )
     return [
-        f"{name} = {value:.6g} {unit} is implausible: {quantity} at most {limit:g} {unit}.{_name_unit(value, unit)}"
+        f"{name} = {value:.6g} {unit} is implausible: {quantity} at most {limit:g} {unit}.{name_unit(value, unit)}"
         for unit, limit, quantity in limits
         for name, value in _select(parameters, values, unit)
         if abs(value) > limit and math.isfinite(value)
+    ] + [
+        f"{name} = {value:.6g} m/s^2 is implausible: gravity points down if the value is positive. State {-value:.6g} "
+        "m/s^2."
+        for name, value in _select(parameters, values, "m/s^2")
+        if name == "gravity" and value < 0
     ]
 
 
@@ -87,7 +92,7 @@ def _report_totals(robot: Any, values: Mapping[str, float]) -> list[str]:
         value, name = max(lengths)
         sentences.append(
             f"{name} = {value:.6g} m is implausible: the largest length of a robot is at least {SHORTEST:g} m."
-            + _name_unit(value, "m")
+            + name_unit(value, "m")
         )
     mass = float(robot.mass(_vector(robot, values)))
     stated = [value for _, value in _select(robot.parameters, values, "kg")]
@@ -98,7 +103,7 @@ def _report_totals(robot: Any, values: Mapping[str, float]) -> list[str]:
         )
     if 0 < mass < LIGHTEST:
         sentences.append(
-            f"The total mass of {mass:.3g} kg is implausible: it is at least {LIGHTEST:g} kg.{_name_unit(mass, 'kg')}"
+            f"The total mass of {mass:.3g} kg is implausible: it is at least {LIGHTEST:g} kg.{name_unit(mass, 'kg')}"
         )
     return sentences
 
@@ -142,7 +147,7 @@ def _report_step(step_length: float, size: float) -> list[str]:
         return []
     return [
         f"step_length = {step_length:.6g} m is implausible: the largest length of the robot is {size:.3g} m."
-        + _name_unit(step_length, "m")
+        + name_unit(step_length, "m")
     ]
 
 
@@ -167,8 +172,14 @@ def _select(parameters: Sequence[Parameter], values: Mapping[str, float], unit: 
     return [(each.name, values[each.name]) for each in parameters if each.unit == unit]
 
 
-def _name_unit(value: float, unit: str) -> str:
-    """Return a sentence with the unit in which a value is usual; empty if there is none."""
+def name_unit(value: float, unit: str) -> str:
+    """Return a sentence with the unit in which a value is usual; empty if there is none.
+
+    Examples
+    --------
+    >>> name_unit(5.0, "m"), name_unit(0.0, "m")
+    (' If the value is in cm, state 0.05 m.', '')
+    """
     low, high = USUAL[unit]
     for name, size in OTHER_UNITS[unit]:
         if low <= abs(value) * size <= high:

@@ -27,6 +27,8 @@ class Conflict:
         Unit of `limit`, `missing` and `sufficient`.
     separable : bool
         Whether it is enough to relax this limit alone; otherwise all limits of the conflict must be relaxed.
+    verified : bool or None
+        Whether a gait was solved with the sufficient value and passed its replay; None if this was not tried.
 
     Examples
     --------
@@ -45,6 +47,7 @@ class Conflict:
     sufficient: float
     unit: str
     separable: bool
+    verified: bool | None = None
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
@@ -53,5 +56,11 @@ class Conflict:
             text = f"{name} is violated by {self.missing:.3g}{unit}"
             return text if self.separable else f"{text}, together with the other conflicting limits"
         text = f"{name} is {self.limit:.4g}{unit}: {self.sufficient:.4g}{unit}"
+        if self.verified is not None and self.separable:
+            return f"{text} alone suffices for " + (
+                "a verified gait"
+                if self.verified
+                else "a motion on a coarse grid, but no verified gait was found with it"
+            )
         alone = f"{text} alone would suffice"
         return alone if self.separable else f"{text} would suffice if the other conflicting limits were relaxed too"

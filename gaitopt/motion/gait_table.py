@@ -75,7 +75,7 @@ def list_remarks(solver: SolverReport) -> Facts:
     """
     facts = [("warning", warning) for warning in solver.warnings]
     facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
-    if any(math.isfinite(conflict.sufficient) for conflict in solver.conflicts):
+    if any(math.isfinite(conflict.sufficient) and conflict.verified is None for conflict in solver.conflicts):
         facts.append(("note", NOT_YET_VERIFIED))
     if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
         facts += [("not met", str(violation)) for violation in solver.violations]

@@ -335,7 +335,7 @@ def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> 
     if not any(old is Mode.FREE and outcome.mode(name) is not Mode.FREE for name, old in before.modes):
         raise SequenceError(
             f"The sequence {text!r} is not possible: no contact closes in the impact after phase {number + 1}. "
-            "Write '>' for an event without impact."
+            f"{_advise_impact(sequence, robot, number)}"
         )
     for name, mode in outcome.modes:
         following = after.mode(name)
@@ -345,3 +345,16 @@ def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> 
                 f"The sequence {text!r} is not possible: after an impact that ends in {mode.value!r}, contact {name!r} "
                 f"does not change to mode {following.value!r}."
             )
+
+
+def _advise_impact(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> str:
+    """Return how an impact after which no contact is newly closed is stated."""
+    is_last = number == len(sequence.phases) - 1
+    if is_last and robot.mirror is None:
+        return (
+            f"Robot {robot.name!r} has no mirror, so that the first phase follows with the same leg: if the other leg "
+            "lands, state mirror={...} of assemble_planar, or the phases of both legs. Write '>' for an event without "
+            "impact."
+        )
+    following = "the first phase, in which the legs exchange their names," if is_last else f"phase {number + 2}"
+    return f"Add the contact that closes to {following}, or write '>' for an event without impact."

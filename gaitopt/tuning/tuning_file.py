@@ -15,6 +15,7 @@ from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.controller_family import (
     FAMILIES,
     SYNONYMS,
@@ -50,8 +51,10 @@ class TunedGains:
     trials : tuple of Trial
         Evaluations of the search in order.
     verified : mapping
-        ``starts`` and how many of them ``returned`` to the gait, all within ``push_radius`` of it [rad/s], and whether
-        the test was ``interrupted``.
+        ``starts`` and how many of them ``returned`` to the gait, all within ``push_radius`` of it [rad/s], whether the
+        test was ``interrupted``, and the other facts of `recovery`.
+    search_interrupted : bool
+        Whether an interrupt ended the search; the gains were then not verified.
 
     Examples
     --------
@@ -72,10 +75,26 @@ class TunedGains:
     multipliers: tuple[complex, ...] = ()
     trials: tuple[Trial, ...] = field(default=(), repr=False)
     verified: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    search_interrupted: bool = False
 
     def __repr__(self) -> str:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
         return f"TunedGains({self.family!r}, spectral radius {self.radius:.4g}, {gains})"
+
+    @property
+    def recovery(self) -> Recovery:
+        """Recovery from the pushes of the verification; files of earlier versions do not contain its steps."""
+        facts, unknown = self.verified, math.nan if self.radius < 1 else math.inf
+        return Recovery(
+            radius=facts.get("push_radius", 0.0),
+            starts=facts.get("starts", 0),
+            returned=facts.get("returned", 0),
+            steps=facts.get("steps", 0),
+            tolerance=facts.get("tolerance", math.nan),
+            settling=tuple(facts.get("settling", ())),
+            beyond=_finite_or_inf(facts.get("beyond", unknown)),
+            interrupted=bool(facts.get("interrupted")),
+        )
 
     def law(
         self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait, family: ControllerFamily | None = None
@@ -171,6 +190,10 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
             "returned": tuned.verified.returned,
             "push_radius": tuned.verified.radius,
             "interrupted": tuned.verified.interrupted,
+            "steps": tuned.verified.steps,
+            "tolerance": tuned.verified.tolerance,
+            "settling": list(tuned.verified.settling),
+            "beyond": tuned.verified.beyond,
         },
         "search_interrupted": tuned.search_interrupted,
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
@@ -213,6 +236,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             multipliers=tuple(complex(*parts) for parts in facts["multipliers"]),
             trials=tuple(Trial(trial["gains"], _finite_or_inf(trial["objective"])) for trial in facts["trials"]),
             verified=dict(facts.get("verified") or {}),
+            search_interrupted=bool(facts.get("search_interrupted")),
         )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from gaitopt import assess_stability
 from gaitopt.cli.progress_display import Display
-from gaitopt.study import load_robustness, save_robustness
+from gaitopt.study import RobustnessMargins, RobustnessRecord, load_robustness, save_robustness
 
 QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
 KINDS = ["push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"]
@@ -77,6 +77,20 @@ def test_the_same_command_completes_an_interrupted_test(command, slip_file, fold
     assert command("push", slip_file, *QUICK, "-o", "whole.json").status == 0
     assert load_robustness(folder / "whole.json") == record
     assert command("push", slip_file, *QUICK, "--steps", "7", "--kind", "push", "-o", "push.json").status == 0
+
+
+def test_an_interrupted_test_of_an_earlier_version_is_kept_and_the_remedy_stated(command, slip_file, folder):
+    """Its file does not contain the number of starts and the radius of the ball."""
+    margins = (RobustnessMargins("push", 0.1, 0.2, "rad/s"),)
+    old = RobustnessRecord(law="lqr", radius=0.5, steps=6, margins=margins, recoveries={}, missing=("recovery",))
+    save_robustness(old, folder / "push.json")
+    run = command("push", slip_file, *QUICK, "-o", "push.json")
+    assert run.status == 2
+    text = " ".join(run.err.split())
+    assert "push.json contains an interrupted push test of an earlier version of gaitopt." in text
+    assert "delete the file, or state another output file with -o." in text
+    assert "--starts 0" not in text
+    assert load_robustness(folder / "push.json").margins == margins
 
 
 def test_an_interrupt_before_the_first_result_keeps_nothing(command, slip_file, folder, interrupt_after):

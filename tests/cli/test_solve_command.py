@@ -284,3 +284,34 @@ def test_equal_settings_of_an_own_objective_share_nothing_with_others(command, s
     costs = [command("solve", path, "--set", f"weight={w}", "--json").json["solver"]["objective"] for w in (1, 2, 1)]
     assert costs[0] == pytest.approx(costs[2], rel=1e-12)
     assert costs[0] < costs[1]
+
+
+SLIDING_HOP = """
+from gaitopt.model import monopod
+from gaitopt.ocp import PlanarProblem
+
+
+def problem():
+    return PlanarProblem(
+        robot=monopod(), sequence="foot slip+ > flight |", friction=0.3, speed=1.5, step_length=0.6,
+        objective="torque_squared",
+    )
+"""
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, monkeypatch, interrupted):
+    """An interrupt of the trials keeps what the solve has found."""
+
+    def try_remedies(problem, failure, observer):
+        if interrupted:
+            raise KeyboardInterrupt
+        return failure.replace_fields(solver=failure.solver.replace_fields(warnings=("another sequence is solved",)))
+
+    monkeypatch.setattr("gaitopt.simulation.remedy_trials.try_remedies", try_remedies)
+    (folder / "hop.py").write_text(SLIDING_HOP, encoding="utf-8")
+    run = command("solve", "hop.py")
+    assert run.status == (130 if interrupted else 1)
+    assert "all contacts slip forward all the time" in " ".join(run.out.split())
+    assert ("another sequence is solved" in run.out) is not interrupted
+    assert (folder / "hop_failed.h5").exists() is not interrupted

@@ -122,7 +122,7 @@ def test_a_gait_that_recovers_from_negligible_pushes_only_is_a_warning(capsys, s
 def test_an_unstable_gait_is_not_verified(slip_gait):
     tuned = dataclasses.replace(tuning(slip_gait, radius=0.0, returned=0, beyond=0.0), radius_after=1.2)
     assert not tuned.hardly_recovers
-    assert feedback_output._verification_text(tuned.verified) == "no: the law does not stabilise the gait"
+    assert feedback_output.verification_text(tuned.verified) == "no: the law does not stabilise the gait"
 
 
 @pytest.mark.parametrize(

@@ -121,6 +121,16 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     assert str(test) == f"maintained in {test.survived} of 2 scenarios"
 
 
+def test_a_walk_far_from_the_plan_needs_another_law_and_not_a_larger_tolerance(plan):
+    near, far = (Walk(Scenario({"hip_mass": 2.1}), 20, distance, "th1") for distance in (0.04, 0.2))
+    assert plan.explain_deviation(near).endswith("tolerance=0.08).")
+    advice = plan.explain_deviation(far)
+    others = {"joint_pd", "computed_torque", "lqr", "step_lqr", "push_off"} - {plan.law.name}
+    assert all(name in advice.partition("Choose another law (law=), such as ")[2] for name in others)
+    assert ("tune its gains with more evaluations (search=)" in advice) is bool(plan.gains)
+    assert "tolerance=" not in advice
+
+
 @pytest.mark.parametrize(("law", "reason"), [(3, "law must be a name"), (lambda *_: 3, "but returned int")])
 def test_invalid_laws(law, reason):
     with pytest.raises(InputError, match=reason):

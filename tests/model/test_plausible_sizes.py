@@ -7,11 +7,13 @@ import pytest
 
 from gaitopt import GaitProblem, InputError, PointContact, RigidLink, check_robot, compass_biped, solve
 from gaitopt.model import PlanarCoordinates, assemble_planar, check_planar
+from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robots.catalogue import CATALOGUE
 from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
 from gaitopt.ocp import Ipopt
 from gaitopt.parameters import Parameter
+from tests.problems.test_wrong_robots import make_biped
 from tests.walkers.heel_toe import Build, heel_toe_step, heel_toe_walker
 
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")
@@ -21,6 +23,47 @@ GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")
 def test_robots_of_the_catalogue_are_plausible(name):
     robot = (CATALOGUE | PLANAR_CATALOGUE)[name]()
     assert report_implausible_sizes(robot, robot.resolve({})) == ()
+    if name in PLANAR_CATALOGUE:
+        assert report_implausible_geometry(robot, robot.resolve({})) == ()
+
+
+@pytest.mark.parametrize(
+    ("build", "sentence"),
+    [
+        (Build(heel=-4.0, toe=8.0), "the distance of 12 m between contacts 'heel a' and 'toe a' .* cm, state 0.12 m."),
+        (Build(heel=-0.05, toe=5.0), "the distance of 5.05 m between .* the centre of mass is .* cm, state 0.0505 m."),
+        (Build(heel=0.05, toe=-0.09), "contact 'toe a' behind 'heel a', .* check the direction from heel to toe, .*"),
+        (
+            Build(leg_length=-1.0, leg_com=-0.5),
+            r"in poses with small angles, all feet \(heel a, .*\) are above the centre of mass: check the direction .*",
+        ),
+    ],
+    ids=["foot in cm", "toe in cm", "toe behind the heel", "legs point up"],
+)
+def test_reversed_directions_and_long_feet_are_reported(build, sentence):
+    robot = heel_toe_walker(0.05, build)
+    check = check_planar(robot, states=2)
+    assert check.passed
+    (remark,) = check.remarks
+    assert re.fullmatch(f"Robot 'heel-toe walker': {sentence}", remark)
+
+
+def test_a_long_foot_is_a_warning_of_a_solve():
+    gait = solve(heel_toe_step(0.05, build=Build(toe=5.0)), solver=Ipopt(max_iterations=1))
+    assert any("between contacts 'heel a' and 'toe a' of one body is implausible" in w for w in gait.solver.warnings)
+
+
+def test_feet_that_are_armed_behind_the_other_leg_are_reported():
+    assert check_planar(make_biped(), states=2).remarks == ()
+    (remark,) = check_planar(make_biped(armed=-1), states=2).remarks
+    assert "`armed` is positive only where the contact is behind that of the other leg ('foot a', 'foot b')" in remark
+
+
+def test_negative_gravity_is_reported():
+    robot = rod(0.9, 0.34)
+    assert check_planar(robot, {"gravity": -9.81}).remarks == (
+        "gravity = -9.81 m/s^2 is implausible: gravity points down if the value is positive. State 9.81 m/s^2.",
+    )
 
 
 @pytest.mark.parametrize(

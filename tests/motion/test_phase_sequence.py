@@ -74,7 +74,14 @@ def test_a_knee_that_the_foot_releases_takes_part_in_the_impact():
         ("toe stick > flight |", "names 'toe', which is not a contact"),
         ("foot latched > flight |", "contact 'foot' in mode 'latched'; accepted: stick, slip\\+, slip-"),
         ("foot stick > foot stick > flight |", "no mode changes after phase 1"),
-        ("foot stick | flight |", "no contact closes in the impact after phase 1"),
+        (
+            "foot stick | flight |",
+            r"no contact closes in the impact after phase 1\. Add the contact that closes to phase 2, or write '>'",
+        ),
+        (
+            "foot stick |",
+            "no contact closes in the impact after phase 1. Robot .* has no mirror, .* state mirror=",
+        ),
         (
             "foot stick > flight | [foot slip+]",
             "after an impact that ends in 'slip\\+', contact 'foot' does not change to mode 'stick'",

@@ -17,19 +17,22 @@ from gaitopt.stability import PlanarWalkProblem
 
 MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
 
+PASSES = r"The check passes with mirror=\{'a': 'b', 'foot a': 'foot b', 'hip': '-hip'\}\.$"
+
 
 def make_biped(mirror=MIRROR, *, leg_mass=0.5, stop=None, armed=True, place=lambda hip, foot: foot):
-    """Return a biped whose feet, if armed, land in front only; a stop limits the coordinate that is named.
+    """Return a biped whose feet, if armed, land in front only, or behind if it is -1; a stop limits a coordinate.
 
     The positions of the contacts are those of the feet, or what `place` returns for hip and foot.
     """
     c = PlanarCoordinates(("x", "y", "a", "b"), [Parameter("gravity", 9.81, "m/s^2", "gravity", lower=0)])
     hip, bodies, contacts = ca.vertcat(c.coordinate("x"), c.coordinate("y")), [], {}
-    for leg, other in ("ab", "ba"):
+    masses = leg_mass if isinstance(leg_mass, tuple) else (leg_mass, leg_mass)
+    for (leg, other), mass in zip(("ab", "ba"), masses, strict=True):
         foot = hip + ca.vertcat(ca.sin(c.coordinate(leg)), -ca.cos(c.coordinate(leg)))
-        ahead = c.coordinate(leg) - c.coordinate(other) if armed else None
+        ahead = armed * (c.coordinate(leg) - c.coordinate(other)) if armed else None
         contacts[f"foot {leg}"] = PointContact(place(hip, foot), armed=ahead)
-        bodies += [PointMass(leg_mass, (hip + foot) / 2)] if leg_mass else []
+        bodies += [PointMass(mass, (hip + foot) / 2)] if mass else []
     if stop is not None:
         contacts["stop"] = JointStop(1 - c.coordinate(stop))
     actuators = {"hip": c.coordinate("a") - c.coordinate("b")}
@@ -59,13 +62,17 @@ def test_the_right_robot_passes():
     [
         (
             make_biped({"a": "b", "hip": "-hip"}),
-            "the mirror changes .* Contacts missing from the mirror: 'foot a', 'foot b'",
+            f"the mirror changes gaps, .* Contacts missing from the mirror: 'foot a', 'foot b'. {PASSES}",
         ),
         (
             make_biped({name: other for name, other in MIRROR.items() if name != "a"}),
-            r"the mirror changes .*\. Coordinates missing from the mirror: 'a', 'b'\.$",
+            f"the mirror changes .* Coordinates missing from the mirror: 'a', 'b'. {PASSES}",
         ),
-        (make_biped({**MIRROR, "hip": "hip"}), "Wrong entries: actuator 'hip', whose sign is reversed in the mirror"),
+        (
+            make_biped({**MIRROR, "hip": "hip"}),
+            f"changes actuation .*: actuator 'hip', whose sign is reversed in the mirror. {PASSES}",
+        ),
+        (make_biped(leg_mass=(0.5, 0.4)), "changes mass matrix, forces .* compare masses, lengths, directions"),
         (
             make_biped(leg_mass=0),
             "the mass matrix is singular, because no mass or inertia moves with 'a', 'b'; every coordinate",
@@ -83,6 +90,7 @@ def test_the_right_robot_passes():
         "contact missing from the mirror",
         "coordinate missing from the mirror",
         "sign missing from the mirror",
+        "different legs",
         "massless legs",
         "relative",
         "reversed",
@@ -106,9 +114,21 @@ def test_straight_legs_without_arming_condition_have_the_remedy():
     assert remark.startswith("foot b must stay above the ground while free: a foot of a straight leg")
     assert report_unarmed_contacts(problems[1], [clearance]) == ()
     assert report_unarmed_contacts(problems[0], [dataclasses.replace(clearance, setting="speed")]) == ()
-    assert report_unmet_arming([clearance]) == ()
-    (remark,) = report_unmet_arming([clearance, dataclasses.replace(clearance, setting="Margins.touchdown_armed")])
-    assert remark.endswith("check the sign of the expression.")
+
+
+@pytest.mark.parametrize(
+    ("armed", "advice"),
+    [(-1, "check the sign of the expression."), (True, "relaxing the condition is no remedy.")],
+    ids=["reversed", "right"],
+)
+def test_only_a_reversed_arming_condition_is_advised_to_be_checked(armed, advice):
+    problem = PlanarProblem(robot=make_biped(armed=armed), sequence="foot a stick |", friction=1.0, step_length=0.4)
+    conflict = Conflict(
+        name="speed", setting="speed", limit=1.0, missing=0.1, sufficient=math.nan, unit="m/s", separable=True
+    )
+    assert report_unmet_arming(problem, [conflict]) == ()
+    (remark,) = report_unmet_arming(problem, [dataclasses.replace(conflict, setting="Margins.touchdown_armed")])
+    assert remark.endswith(advice)
 
 
 def test_a_stop_on_a_coordinate_that_does_not_exist_is_refused():

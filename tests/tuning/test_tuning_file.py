@@ -14,6 +14,7 @@ from gaitopt import (
     joint_pd,
     tune_feedback,
 )
+from gaitopt.cli.feedback_output import print_tuning, verification_text
 from gaitopt.cli.result_output import find_facts, print_result
 from gaitopt.tuning import ControllerFamily, controller_family_named, load_tuning, save_tuning
 
@@ -41,20 +42,34 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     path = save_tuning(tuned, tmp_path / "gains.json")
     print_result(load_tuning(path))
     shown = " ".join(capsys.readouterr().out.split())
-    ball, found = tuned.verified.radius, tuned.verified
+    ball = tuned.verified.radius
     assert ball
-    assert f"{found.returned} of {found.starts} starts within {ball:.4g} rad/s return to the gait" in shown
+    print_tuning(tuned)
+    announced = " ".join(capsys.readouterr().out.split())
+    words = verification_text(tuned.verified)
+    assert "in at most" in words
+    assert words in shown
+    assert words in announced
     assert "torque limits ankle 7, hip 8" in shown
     assert find_facts(load_tuning(path))["verified"]["push_radius"] == ball
     facts = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("steps", "tolerance", "settling", "beyond"):  # as in a file of an earlier version
+        del facts["verified"][name]
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    print_result(load_tuning(path))
+    assert f"starts within {ball:.4g} rad/s return to the gait torque" in " ".join(capsys.readouterr().out.split())
     facts["verified"]["push_radius"] = 0.0
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
-    assert "no: in each tested ball of pushes, some walks do not return" in " ".join(capsys.readouterr().out.split())
+    assert "no: in each tested ball of pushes, some of the 1 starts do not" in " ".join(capsys.readouterr().out.split())
     facts["verified"]["interrupted"] = True
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
     assert "no: the verification was interrupted before all" in " ".join(capsys.readouterr().out.split())
+    facts["search_interrupted"] = True
+    path.write_text(json.dumps(facts), encoding="utf-8")
+    print_result(load_tuning(path))
+    assert "no: the search was interrupted" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_file_is_open(tuned, tmp_path):

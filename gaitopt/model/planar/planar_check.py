@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import field
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +11,16 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.mechanics import SINGULAR, describe_massless
 from gaitopt.model.planar.contact_translation import describe_detached_contacts
-from gaitopt.model.planar.mirror import Mirror
+from gaitopt.model.planar.mirror_check import (
+    DIFFERENCED,
+    EXACT,
+    describe_mirror_fault,
+    evaluate,
+    measure_mirror_errors,
+    relative_difference,
+)
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.parameters import Parameter
 
@@ -27,9 +34,6 @@ MOST_COORDINATES = 12
 
 NEGATIVE = 1e-12
 """Least size of a negative eigenvalue of the mass matrix, relative to the largest one, that is not a rounding error."""
-
-EXACT, DIFFERENCED = 1e-9, 1e-6
-"""Largest relative errors of a correct robot: of identities, and of derivatives against differences."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,8 @@ class PlanarCheck:
     faults : tuple of str
         Faults with their remedies, one sentence each; empty for a correct robot.
     remarks : tuple of str
-        Implausible sizes with the likely unit, such as a length of 900 m; they do not affect `passed`.
+        Implausible sizes with the likely unit, such as a length of 900 m, and directions of legs and feet that seem
+        reversed; they do not affect `passed`.
 
     Examples
     --------
@@ -120,7 +125,7 @@ def check_planar(
     rows = []
     for _ in range(states):
         q, v, u = rng.uniform(0.2, 0.8, robot.n_q), rng.normal(size=robot.n_q), rng.normal(size=robot.n_u)
-        mass = _evaluate(robot.dynamics, q, v, p)[0]
+        mass = evaluate(robot.dynamics, q, v, p)[0]
         eigenvalues = np.linalg.eigvalsh((mass + mass.T) / 2)
         largest = np.max(np.abs(eigenvalues))
         least = float(eigenvalues[0] / largest) if largest > 0 else 0.0
@@ -130,20 +135,21 @@ def check_planar(
                 _energy_error(robot, q, v, u, p) if least > SINGULAR else np.nan,
                 _contact_error(robot, q, v, p),
                 _travel_error(robot, q, v, p),
-                _mirror_error(robot, robot.mirror, q, v, p),
+                float(np.max([0.0, *measure_mirror_errors(robot, robot.mirror, q, v, p).values()])),
             )
         )
     worst = np.max(np.array(rows), axis=0).tolist()
     least, energy, contacts, travel, mirror = worst
     massless = "" if -least > SINGULAR else describe_massless(mass, robot.coordinates)
     faults = (
-        *_faults(robot, worst, _describe_misfit(robot, q, v, p), massless),
+        *_faults(robot, worst, (q, v, p), massless),
         *_release_faults(robot),
         *_arming_faults(robot, p),
     )
     if -least > SINGULAR:
         faults += describe_detached_contacts(robot, q, p)
-    return PlanarCheck(-least, energy, contacts, travel, mirror, faults, report_implausible_sizes(robot, values))
+    remarks = report_implausible_sizes(robot, values) + report_implausible_geometry(robot, values)
+    return PlanarCheck(-least, energy, contacts, travel, mirror, faults, remarks)
 
 
 def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
@@ -162,71 +168,9 @@ def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
         raise InputError(" ".join(check.faults))
 
 
-def _describe_misfit(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> str:
-    """Return the coordinates, contacts or actuators that the mirror exchanges wrongly, as the end of a sentence.
-
-    A missing coordinate is named first, since it moves correct contacts away from their partners.
-    """
-    if robot.mirror is None:
-        return ""
-    missing = _find_missing_coordinates(robot, robot.mirror, q, v, p)
-    if missing:
-        return f" Coordinates missing from the mirror: {', '.join(missing)}."
-    unexchanged, wrong = _find_unfit_contacts(robot, robot.mirror, q, p)
-    if unexchanged:
-        return f" Contacts missing from the mirror: {', '.join(unexchanged)}."
-    if wrong:
-        return f" Contacts with a wrong partner: {', '.join(wrong)}."
-    actuators = _find_unfit_actuators(robot, robot.mirror, q, v, p)
-    return f" Wrong entries: {', '.join(actuators)}." if actuators else ""
-
-
-def _find_missing_coordinates(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
-    """Return the coordinates that the mirror leaves unchanged although one of two exchanged contacts depends on them.
-
-    The mirror must map the coordinates on which a contact depends to those on which its partner depends.
-    """
-    rows = _evaluate(robot.rows, q, v, p)
-    depends = (np.abs(rows[0]) + np.abs(rows[1])) > NEGATIVE
-    expected = depends @ np.abs(mirror.coordinates).T > 0
-    differs = expected != depends[list(mirror.contacts)]
-    exchanged = np.array(mirror.contacts) != np.arange(len(mirror.contacts))
-    unchanged = np.diag(mirror.coordinates) == 1
-    wrong = np.any(differs[exchanged], axis=0) & unchanged
-    return [repr(name) for name, is_wrong in zip(robot.coordinates, wrong, strict=True) if is_wrong]
-
-
-def _find_unfit_contacts(robot: PlanarRobot, mirror: Mirror, q: Vector, p: Vector) -> tuple[list[str], list[str]]:
-    """Return the contacts that the mirror wrongly leaves unchanged, and those that have a wrong partner."""
-    gaps, mirrored = (_evaluate(robot.gaps, place, p)[0].ravel() for place in (q, mirror.coordinates @ q))
-    unfit = np.abs(mirrored - gaps[list(mirror.contacts)]) > DIFFERENCED
-    names = robot.contact_names
-    unexchanged = [repr(names[i]) for i in np.flatnonzero(unfit) if mirror.contacts[i] == i]
-    return unexchanged, [repr(names[i]) for i in np.flatnonzero(unfit) if mirror.contacts[i] != i]
-
-
-def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vector, p: Vector) -> list[str]:
-    """Return the actuators whose torque the mirror does not exchange, with a hint on the sign."""
-    coordinates = mirror.coordinates
-    actual = _evaluate(robot.dynamics, coordinates @ q, coordinates @ v, p)[2]
-    expected = coordinates @ _evaluate(robot.dynamics, q, v, p)[2] @ mirror.actuators.T
-    hints = []
-    for number, name in enumerate(robot.actuators):
-        one, other = actual[:, number], expected[:, number]
-        if np.max(np.abs(one - other), initial=0.0) > EXACT * (1 + np.max(np.abs(one), initial=0.0)):
-            reversed_sign = np.max(np.abs(one + other), initial=0.0) < EXACT * (1 + np.max(np.abs(one), initial=0.0))
-            missing = ", which is missing from the mirror" if mirror.actuators[number, number] == 1 else ""
-            hints.append(
-                f"actuator {name!r}" + (", whose sign is reversed in the mirror" if reversed_sign else missing)
-            )
-    return hints
-
-
-def _evaluate(function: ca.Function, *inputs: Vector) -> list[Vector]:
-    return [np.array(part, dtype=float) for part in function.call(list(inputs))]
-
-
-def _faults(robot: PlanarRobot, worst: list[float], misfit: str, massless: str) -> tuple[str, ...]:
+def _faults(
+    robot: PlanarRobot, worst: list[float], state: tuple[Vector, Vector, Vector], massless: str
+) -> tuple[str, ...]:
     """Return the sentences of the errors that are too large."""
     least, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
@@ -248,10 +192,7 @@ def _faults(robot: PlanarRobot, worst: list[float], misfit: str, massless: str) 
             "coordinate `travel` that moves the whole robot forward, or None."
         )
     if not mirror < EXACT:
-        faults.append(
-            f"{name} the mirror changes mass matrix, forces, gaps or actuation (relative change {mirror:.3g}); name "
-            f"every coordinate, contact and actuator whose place or sign is exchanged.{misfit}"
-        )
+        faults.append(f"{name} {describe_mirror_fault(robot, *state, mirror)}")
     return tuple(faults)
 
 
@@ -276,7 +217,7 @@ def _release_faults(robot: PlanarRobot) -> tuple[str, ...]:
 def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
     """Return a sentence for each contact that never closes, because `armed` is a constant that is not positive."""
     zero = np.zeros(robot.n_q)
-    values = _evaluate(robot.arming, zero, zero, p)[0].ravel()
+    values = evaluate(robot.arming, zero, zero, p)[0].ravel()
     varying = {row for i in (0, 1) for row in robot.arming.jac_sparsity(0, i).row()}
     return tuple(
         f"Robot {robot.name!r}: contact {name!r} never closes, because `armed` is {value:g} in every state; "
@@ -288,15 +229,15 @@ def _arming_faults(robot: PlanarRobot, p: Vector) -> tuple[str, ...]:
 
 def _energy_error(robot: PlanarRobot, q: Vector, v: Vector, u: Vector, p: Vector) -> float:
     """Return the error of the kinetic energy and of the balance of energy without contacts."""
-    mass, bias, actuation = _evaluate(robot.dynamics, q, v, p)
+    mass, bias, actuation = evaluate(robot.dynamics, q, v, p)
     a = np.linalg.solve(mass, actuation @ u - bias.ravel())
     # Small compared with the time scales of the motion, which are short for a light leg.
     step = STEP / (np.max(np.abs(v)) + np.sqrt(np.max(np.abs(a))) + 1)
     sides = [(q + s * v + s**2 / 2 * a, v + s * a) for s in (step, -step)]
-    energies = [float(sum(part.item() for part in _evaluate(robot.energy, *side, p))) for side in sides]
-    power = float(u @ _evaluate(robot.joint_rates, q, v, p)[0].ravel())
-    power -= _evaluate(robot.force_powers, q, v, p)[1].item()
-    kinetic = _evaluate(robot.energy, q, v, p)[0].item()
+    energies = [float(sum(part.item() for part in evaluate(robot.energy, *side, p))) for side in sides]
+    power = float(u @ evaluate(robot.joint_rates, q, v, p)[0].ravel())
+    power -= evaluate(robot.force_powers, q, v, p)[1].item()
+    kinetic = evaluate(robot.energy, q, v, p)[0].item()
     scale = abs(power) + abs(energies[0]) + 1
     change = (energies[0] - energies[1]) / (2 * step)
     return max(abs(change - power), abs(kinetic - v @ mass @ v / 2)) / scale
@@ -304,14 +245,14 @@ def _energy_error(robot: PlanarRobot, q: Vector, v: Vector, u: Vector, p: Vector
 
 def _contact_error(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> float:
     """Return the error of the derivatives of gaps and slide coordinates."""
-    normal, tangent, *biases = _evaluate(robot.rows, q, v, p)
+    normal, tangent, *biases = evaluate(robot.rows, q, v, p)
     errors = [0.0]
-    ahead, behind = (_evaluate(robot.rows, q + s * v, v, p) for s in (STEP, -STEP))
+    ahead, behind = (evaluate(robot.rows, q + s * v, v, p) for s in (STEP, -STEP))
     for k, rows in enumerate((normal, tangent)):
         changed = (ahead[k] - behind[k]) @ v / (2 * STEP)
         errors.append(float(np.max(np.abs(changed - biases[k].ravel())) / (np.max(np.abs(biases[k])) + 1)))
         for j, unit in enumerate(np.eye(robot.n_q)):
-            places = [_evaluate(robot.gaps, q + s * unit, p)[k].ravel() for s in (STEP, -STEP)]
+            places = [evaluate(robot.gaps, q + s * unit, p)[k].ravel() for s in (STEP, -STEP)]
             difference = (places[0] - places[1]) / (2 * STEP)
             errors.append(float(np.max(np.abs(difference - rows[:, j])) / (np.max(np.abs(rows)) + 1)))
     return max(errors)
@@ -323,29 +264,10 @@ def _travel_error(robot: PlanarRobot, q: Vector, v: Vector, p: Vector) -> float:
         return 0.0
     moved = q + np.eye(robot.n_q)[robot.coordinates.index(robot.travel)]
     original, displaced = (
-        [*_evaluate(robot.dynamics, place, v, p), *_evaluate(robot.rows, place, v, p)] for place in (q, moved)
+        [*evaluate(robot.dynamics, place, v, p), *evaluate(robot.rows, place, v, p)] for place in (q, moved)
     )
-    gaps = [_evaluate(robot.gaps, place, p) for place in (q, moved)]
+    gaps = [evaluate(robot.gaps, place, p) for place in (q, moved)]
     slides = np.array([float(contact.slides) for contact in robot.contacts])
     original += [gaps[0][0], gaps[0][1].ravel() + slides]
     displaced += [gaps[1][0], gaps[1][1].ravel()]
-    return _difference(original, displaced)
-
-
-def _mirror_error(robot: PlanarRobot, mirror: Mirror | None, q: Vector, v: Vector, p: Vector) -> float:
-    """Return the change of the equations by the exchange of the legs."""
-    if mirror is None:
-        return 0.0
-    place, coordinates = list(mirror.contacts), mirror.coordinates
-    mass, bias, actuation = _evaluate(robot.dynamics, q, v, p)
-    expected = [coordinates @ mass @ coordinates.T, coordinates @ bias, coordinates @ actuation @ mirror.actuators.T]
-    expected += [part[place] for part in _evaluate(robot.gaps, q, p)]
-    mirrored = coordinates @ q, coordinates @ v
-    actual = _evaluate(robot.dynamics, *mirrored, p) + _evaluate(robot.gaps, mirrored[0], p)
-    return _difference(expected, actual)
-
-
-def _difference(expected: list[Vector], actual: list[Vector]) -> float:
-    """Return the largest relative difference between arrays."""
-    pairs = [(one, other) for one, other in zip(expected, actual, strict=True) if one.size]
-    return max(float(np.max(np.abs(one - other)) / (np.max(np.abs(one)) + 1e-3)) for one, other in pairs)
+    return relative_difference(original, displaced)

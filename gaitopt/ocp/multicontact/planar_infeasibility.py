@@ -20,7 +20,7 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits, typical_planar_sizes
-from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts, report_unmet_arming
+from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unarmed_contacts, report_unmet_arming
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticResult
@@ -221,7 +221,9 @@ def conclude_planar_failure(
         return _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once)
     if not conflicts and (nearest.status is not Status.PLAN_INACCURATE or elastic.excess(nearest) <= FEASIBLE):
         message = failure.solver.message + _list_insufficient(elastic.insufficient)
-        return failure.replace_fields(solver=failure.solver.replace_fields(message=message))
+        suspects = report_suspects(problem, ()) if elastic.insufficient else ()
+        warnings = (*failure.solver.warnings, *suspects)
+        return failure.replace_fields(solver=failure.solver.replace_fields(message=message, warnings=warnings))
     report = failure.solver.replace_fields(
         message="no feasible motion found near the initial guess: the smallest possible violation of the limits is not "
         "zero" + _list_insufficient(elastic.insufficient),
@@ -229,7 +231,8 @@ def conclude_planar_failure(
         warnings=(
             *failure.solver.warnings,
             *report_unarmed_contacts(problem, conflicts),
-            *report_unmet_arming(conflicts),
+            *report_unmet_arming(problem, conflicts),
+            *report_suspects(problem, conflicts),
         ),
         solve_seconds=failure.solver.solve_seconds + time.perf_counter() - started,
     )

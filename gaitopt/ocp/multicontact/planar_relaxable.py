@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from attrs import evolve
 
 from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
@@ -93,6 +94,45 @@ def typical_planar_sizes(transcription: PlanarTranscription, problem: PlanarProb
     for name, (lower, upper) in problem.free.items():
         sizes[layout.find(Kind.DESIGN, name)] = max(abs(lower), abs(upper))
     return sizes
+
+
+def replace_limit(problem: PlanarProblem, name: str, setting: str, limit: float, value: float) -> PlanarProblem | None:
+    """Return a problem with another value of one of its limits; None for a limit that is no single number.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    name, setting : str
+        Those of the limit, see :func:`list_planar_limits`.
+    limit, value : float
+        Its present and its other value; for a range, those of the bound to be replaced.
+
+    Raises
+    ------
+    InputError
+        If the value is invalid.
+    """
+    owner, _, attribute = setting.rpartition(".")
+    limits, actuators = problem.limits, problem.robot.actuators
+    if setting == "PlanarLimits.torque":
+        torques = dict(zip(actuators, limits.torques(actuators), strict=True))
+        return problem.replace(limits=evolve(limits, torque=torques | {name.removeprefix("torque limit of "): value}))
+    if setting == "PlanarLimits.coordinate":
+        side, _, coordinate = name.partition(" limit of coordinate ")
+        lower, upper = limits.coordinate[coordinate]
+        pair = (value, upper) if side == "lower" else (lower, value)
+        return problem.replace(limits=evolve(limits, coordinate={**limits.coordinate, coordinate: pair}))
+    if setting == "PlanarLimits.height":
+        return problem.replace(limits=evolve(limits, height={**limits.height, name.removeprefix("height of "): value}))
+    if owner in ("PlanarLimits", "Margins"):
+        field = "limits" if owner == "PlanarLimits" else "margins"
+        return problem.replace(**{field: evolve(getattr(problem, field), **{attribute: value})})
+    if setting not in ("speed", "step_length", "friction"):
+        return None
+    ends = getattr(problem, setting)
+    if isinstance(ends, tuple):
+        return problem.replace(**{setting: (value, ends[1]) if ends[0] == limit else (ends[0], value)})
+    return problem.replace(**{setting: value})
 
 
 def _actuation(transcription: PlanarTranscription, problem: PlanarProblem) -> Iterator[RelaxableLimit]:

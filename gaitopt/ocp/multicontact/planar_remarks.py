@@ -1,11 +1,13 @@
 """Remarks on a plan of a robot with several contacts: why it is inaccurate, and phases of minimum duration."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.planar.plausible_geometry import is_armed_behind
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
@@ -174,13 +176,35 @@ def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict
     )
 
 
-def report_unmet_arming(conflicts: Sequence[Conflict]) -> tuple[str, ...]:
-    """Return a remedy if the arming condition of a contact that lands conflicts with the other limits."""
+def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
+    """Return a remark if the arming condition of a contact that lands conflicts with the other limits.
+
+    The expression is suspected only if its sign seems reversed: a motion that violates a correct one lands the foot
+    beside or behind the other foot, and a change of the expression is then no remedy.
+    """
     if not any(conflict.setting == "Margins.touchdown_armed" for conflict in conflicts):
         return ()
-    return (
+    rule = (
         "A contact may close only where the expression `armed` of its definition is positive, for a foot where its leg "
-        "is ahead of the other one: check the sign of the expression.",
+        "is ahead of the other one: "
+    )
+    robot = problem.robot
+    names = [contact.name for contact in robot.contacts if contact.conditional]
+    if any(is_armed_behind(robot, name, problem.values) for name in names):
+        return (f"{rule}check the sign of the expression.",)
+    return (f"{rule}the sign of the expression seems right, and relaxing the condition is no remedy.",)
+
+
+def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
+    """Return a remark on the contact sequence and the slope if no change of a single limit is known to suffice."""
+    sufficient = (each for each in conflicts if each.separable and math.isfinite(each.sufficient))
+    if any(each.verified is not False for each in sufficient):
+        return ()
+    uphill = f" slope = {problem.slope:.4g} rad is uphill; a positive slope is downhill." if problem.slope < 0 else ""
+    return (
+        f"No change of a single limit is known to suffice: the contact sequence '{problem.sequence}' itself may be "
+        "impossible for this robot. Check the order in which the contacts close, such as heel before toe, and try "
+        f"other sequences, for example with gaitopt search.{uphill}",
     )
 
 

@@ -15,6 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
+from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
@@ -134,6 +135,21 @@ def solve_planar(
     if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
         return gaits[nearest]
     return _solve_again(closed[nearest // starts], gaits[nearest], solver, observer)
+
+
+def solve_from_guess(problem: PlanarProblem, solver: Ipopt, observer: Observer = silent) -> PlanarGait:
+    """Return the result of the first start of :func:`solve_planar` alone: if it fails, no conflict is sought.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+        A problem with a closed contact sequence.
+    solver : Ipopt
+    observer : Observer, optional
+    """
+    if (reason := explain_one_way_slip(problem)) is not None:
+        return _refuse(problem, reason, solver, observer)
+    return _solve_start(problem, 0, evolve(solver, permute=True).start_clock(), observer)
 
 
 def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
@@ -370,7 +386,11 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=report_implausible_sizes(problem.robot, values, problem.step_length_range.lower) + result.warnings,
+            warnings=(
+                *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
+                *report_implausible_geometry(problem.robot, values),
+                *result.warnings,
+            ),
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

@@ -1,0 +1,140 @@
+"""Trials of the remedies for a failed solve of a robot with several contacts: solves that end in a verified gait.
+
+A limit that suffices at the nodes of a coarse grid need not lead to a gait, and the cause of a failure may be the
+contact sequence or the sign of the slope, which are no limits.
+"""
+
+import functools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from gaitopt.errors import InputError
+from gaitopt.motion.conflict import Conflict
+from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
+from gaitopt.ocp.multicontact.planar_remarks import report_suspects
+from gaitopt.ocp.multicontact.planar_solver import solve_from_guess
+from gaitopt.ocp.nlp.ipopt import Ipopt
+from gaitopt.progress import Observer, silent
+from gaitopt.simulation.planar_verification import verify_planar
+from gaitopt.status import Status
+
+Trial = Callable[[PlanarProblem], bool]
+"""Solve and replay of a problem: whether it has a verified gait."""
+
+CHANGES = (1.0, 1.3)
+"""Changes of a limit that are tried, relative to the one that suffices at the nodes of a coarse grid."""
+
+MOST_ITERATIONS = 200
+"""Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 130."""
+
+LONGEST_SHARE, LEAST_TIME = 2.0, 10.0
+"""Largest duration of a trial, relative to that of the failed solve, and the least value of this limit [s]: far from a
+gait, restoration phases and refinements of a grid may take minutes."""
+
+MOST_LIMITS = 3
+"""Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
+
+
+def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent) -> PlanarGait:
+    """Return a failed solve with the limits, sequence and slope that were shown to lead to a verified gait.
+
+    Each of the first conflicting limits that suffice alone is relaxed, and the problem is solved and replayed.  If no
+    such gait passes its replay, the same is done with the contacts of each foot exchanged and, uphill, with the
+    opposite slope.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+        With an open sequence, nothing is tried: the conflicts are those of one of its sequences.
+    failure : PlanarGait
+        Result of its solve.
+    observer : Observer, optional
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If a solve is interrupted.
+
+    Examples
+    --------
+    >>> try_remedies.__name__
+    'try_remedies'
+    """
+    report = failure.solver
+    if problem.sequence.is_open:
+        return failure
+    longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
+    solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
+    is_solved = functools.partial(_is_solved, solver=solver, observer=observer)
+    numbers = [i for i, each in enumerate(report.conflicts) if each.separable and math.isfinite(each.sufficient)]
+    tried = {i: _try_limit(problem, report.conflicts[i], is_solved) for i in numbers[:MOST_LIMITS]}
+    conflicts = [tried.get(i, conflict) for i, conflict in enumerate(report.conflicts)]
+    conflicts.sort(key=lambda conflict: not conflict.verified)
+    warnings = list(report.warnings)
+    if not any(conflict.verified for conflict in conflicts):
+        suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
+        warnings += [each for each in suspects if each not in warnings]
+        warnings = [*_try_variants(problem, is_solved), *warnings]
+    return failure.replace_fields(solver=report.replace_fields(conflicts=tuple(conflicts), warnings=tuple(warnings)))
+
+
+def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> Conflict:
+    """Return a conflict with the first of some values with which a gait is verified, or marked otherwise."""
+    for change in CHANGES:
+        value = conflict.limit + change * (conflict.sufficient - conflict.limit)
+        try:
+            relaxed = replace_limit(problem, conflict.name, conflict.setting, conflict.limit, value)
+        except InputError:
+            break
+        if relaxed is None:
+            return conflict
+        if is_solved(relaxed):
+            return replace(conflict, sufficient=value, verified=True)
+    return replace(conflict, verified=False)
+
+
+def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
+    """Yield a sentence for each other sequence or slope with which a gait is verified."""
+    sequence = _exchange_contacts(problem)
+    if sequence is not None and is_solved(problem.replace(sequence=sequence)):
+        yield (
+            f"With the contacts of each foot exchanged, sequence='{sequence}', a verified gait was found: state this "
+            "sequence if it is the intended one, or check the positions of the contacts."
+        )
+    if problem.slope < 0 and "slope" not in problem.free:
+        opposite = problem.replace(slope=-problem.slope)
+        if is_solved(opposite):
+            yield f"Downhill, with slope={opposite.slope:.4g}, a verified gait was found."
+
+
+def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
+    """Return the sequence with the two contacts of each foot exchanged; None if this is no other possible sequence."""
+    feet: dict[str, list[str]] = {}
+    for contact in problem.robot.contacts:
+        if contact.body and not (contact.is_stop or contact.falls):
+            feet.setdefault(contact.body, []).append(contact.name)
+    partner = {a: b for pair in feet.values() if len(pair) == 2 for a, b in (pair, reversed(pair))}
+    sequence = problem.sequence
+    phases = tuple(tuple((partner.get(name, name), mode) for name, mode in modes) for modes in sequence.phases)
+    is_same = [set(modes) for modes in phases] == [set(modes) for modes in sequence.phases]
+    if is_same or any(event.outcome is not None for event in sequence.events):
+        return None
+    try:
+        return PhaseSequence.parse(str(replace(sequence, phases=phases)), problem.robot)
+    except InputError:
+        return None
+
+
+def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> bool:
+    """Return whether a problem has a gait that passes its replay; a guess for another sequence is not accepted."""
+    try:
+        gait = solve_from_guess(problem, solver, observer)
+    except InputError:
+        return False
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return gait.status.ok and verify_planar(gait).status.ok
