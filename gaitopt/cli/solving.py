@@ -127,14 +127,15 @@ def solve(
 
 def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
     """Return the sentences on implausible sizes and directions of the robot of a problem."""
-    from gaitopt.model.planar.planar_robot import PlanarRobot
-    from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
     from gaitopt.model.plausible_sizes import report_implausible_sizes
+    from gaitopt.model.robot import Robot
 
     sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
-    if isinstance(problem.robot, PlanarRobot):
-        return sizes + report_implausible_geometry(problem.robot, problem.values)
-    return sizes
+    if isinstance(problem.robot, Robot):
+        return sizes
+    from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
+
+    return sizes + report_implausible_geometry(problem.robot, problem.values)
 
 
 def _solve_and_import(
