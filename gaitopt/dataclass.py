@@ -2,6 +2,7 @@
 
 from dataclasses import FrozenInstanceError, fields
 from dataclasses import dataclass as compile_dataclass
+from inspect import getattr_static
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -59,9 +60,13 @@ def _freeze(cls: C, *, eq: bool, kw_only: bool) -> C:
 def _make_guards(cls: Any) -> dict[str, Any]:
     """Return methods by which each field is assigned once, by ``__init__``."""
     names = {entry.name for entry in fields(cls)}
+    plain = {name for name in names if not hasattr(getattr_static(cls, name, None), "__set__")}
 
     def assign(self: object, name: str, value: object) -> None:
-        if name in names and name not in self.__dict__:
+        stored = self.__dict__
+        if name in plain and name not in stored:
+            stored[name] = value
+        elif name in names and name not in stored:
             object.__setattr__(self, name, value)
         elif type(self) is cls or name in names:
             raise FrozenInstanceError(f"cannot assign to field {name!r}")

@@ -232,7 +232,18 @@ class Key:
     @property
     def label(self) -> str:
         """Text printed by the diagnosis."""
-        return f"coming to {self.identifier}" if self.kind is Kind.REST else self.identifier
+        return label(self, self.identifier)
+
+
+def label(key: Key, identifier: str) -> str:
+    """Return the text printed by the diagnosis of a key, whose text in files is known.
+
+    Examples
+    --------
+    >>> label(key := Key(Kind.REST, "foot"), key.identifier)
+    'coming to rest of foot'
+    """
+    return f"coming to {identifier}" if key.kind is Kind.REST else identifier
 
 
 class Row(NamedTuple):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.dataclass import dataclass
-from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey, table_name
+from gaitopt.ocp.nlp.keys import Key, Kind, Place, Row, TableKey, label, table_name
 
 Index = NDArray[np.intp]
 
@@ -56,8 +56,9 @@ class Layout:
         count = len(rows) * len(places)
         index = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
         self.tables[table], self.rows[table] = index, tuple(rows)
-        self.names[table], self.labels_of_rows[table] = table_name(table), tuple(row.label for row in rows)
-        self.identifiers[table] = tuple(row.identifier for row in rows)
+        self.names[table], identifiers = table_name(table), tuple(row.identifier for row in rows)
+        self.identifiers[table] = identifiers
+        self.labels_of_rows[table] = tuple(map(label, rows, identifiers))
         self.entries += [(place, row) for place in places for row in rows]
         self.size += count
         self._found.clear()

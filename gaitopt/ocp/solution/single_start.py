@@ -69,7 +69,6 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     """Return the gait of a start, whose solution on the coarsest grid may be known."""
     started, built, problem = time.perf_counter(), start.build_seconds, start.problem
     solution, remarks = _solve_accurately(start, coarsest)
-    remarks = report_implausible_sizes(problem.robot, problem.values) + remarks  # first, as others may follow from them
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
@@ -121,7 +120,7 @@ def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: t
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
             warnings=Deferred(
-                lambda: remarks + solution.warnings(), elsewhere=partial(_restore_warnings, portable, remarks)
+                lambda: _collect_warnings(solution, remarks), elsewhere=partial(_restore_warnings, portable, remarks)
             ),
         ),
         versions=versions(),
@@ -139,7 +138,13 @@ def _restore_drift(solution: PortableSolution) -> float:
 
 
 def _restore_warnings(solution: PortableSolution, remarks: tuple[str, ...]) -> tuple[str, ...]:
-    return remarks + solution.restore().warnings()
+    return _collect_warnings(solution.restore(), remarks)
+
+
+def _collect_warnings(solution: GridSolution, remarks: tuple[str, ...]) -> tuple[str, ...]:
+    """Return all warnings; implausible sizes are the first ones, since others may follow from them."""
+    problem = solution.problem
+    return report_implausible_sizes(problem.robot, problem.values) + remarks + solution.warnings()
 
 
 def _solve_accurately(start: SingleStart, coarsest: GridSolution | None) -> tuple[GridSolution, tuple[str, ...]]:

@@ -57,11 +57,10 @@ def _positions_of_feet(robot: Robot, values: Mapping[str, float]) -> tuple[float
 
 @functools.lru_cache(maxsize=256)
 def _affects_feet(robot: Robot) -> Array:
-    """Return which parameters affect the landing foot or the touchdown guard, shape (n_p,)."""
-    affects, p = np.zeros(len(robot.parameters), dtype=bool), 2  # inputs are q, v, p
+    """Return which parameters affect the position of the landing foot or the touchdown guard, shape (n_p,)."""
+    affects, place_or_guard, p = np.zeros(len(robot.parameters), dtype=bool), 0, 2  # numbers of output and input
     for function in (robot.landing, robot.touchdown):
-        for output in range(function.n_out()):
-            affects[function.jac_sparsity(output, p).get_triplet()[1]] = True
+        affects[function.jac_sparsity(place_or_guard, p).get_triplet()[1]] = True
     return affects
 
 
