@@ -60,6 +60,14 @@ def test_the_page_of_a_saved_diagram_is_written(command, folder, root):
         assert re.search(message, " ".join(done.err.split()))
 
 
+def test_slopes_survived_are_printed_in_degrees_and_stored_in_rad(command, folder, record):
+    margins = (RobustnessMargins("uphill slope", np.radians(2), None, "rad"),)
+    save_robustness(replace(record, margins=margins), folder / "slope.json")
+    assert "uphill slope 2 - deg" in " ".join(command("show", "slope.json").out.split())
+    (margin,) = command("show", "slope.json", "--json").json["survived"]
+    assert (margin["survived"], margin["unit"]) == (pytest.approx(np.radians(2)), "rad")
+
+
 def test_push_tests_of_two_laws_share_a_figure(command, folder, root, record, monkeypatch):
     save_robustness(replace(record, law="pd", recoveries={}), folder / "second.json")
     drawn = []
