@@ -44,8 +44,9 @@ class TuningAnnouncement:
     def time_step(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
         """Return a step; print the expected duration of a slow search, or of the verification, once it is known.
 
-        The first evaluation determines the duration of the search.  The time of the first walk is not known: before it, the law of the best gains is assessed.  The times of walks
-        differ by their numbers of steps, so that short ones are averaged.
+        The first evaluation determines the duration of the search.  The time of the first walk is not known: before
+        it, the law of the best gains is assessed.  The times of walks differ by their numbers of steps, so that short
+        ones are averaged.
         """
         if isinstance(step, VerificationStep):
             self._walks += 1

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 """In inches."""
 
-NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 8.4, 5, 3
+NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 6.5, 5, 3
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
 KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
@@ -40,8 +40,8 @@ and height of each further line [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW = 1.45
-"""Height of each panel beyond four [inch]."""
+EXTRA_ROW, NARROW_EXTRA_ROW = 1.45, 0.85
+"""Height of each panel beyond four, and that of a column [inch]."""
 
 MOST_PANELS = 4
 
@@ -191,7 +191,8 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
     """Return the height of a figure without its warning [inch]."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
-    return (NARROW_HEIGHT if style.width < NARROW else HEIGHT) + more * EXTRA_ROW
+    height, row = (NARROW_HEIGHT, NARROW_EXTRA_ROW) if style.width < NARROW else (HEIGHT, EXTRA_ROW)
+    return height + more * row
 
 
 def _describe(gait: AnyGait, title: str | None, letters: int) -> str:
@@ -285,10 +286,10 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         panels_drawn.append(axes)
         draw(axes, view)
         _finish(name, axes, view)
-        if len(rows) > MOST_PANELS:  # panels are less high than the labels of their axes are long
-            axes.set_ylabel(_split_label(axes.get_ylabel()))
-            if name == "force ratio":
-                axes.locator_params(axis="y", nbins=FEW_TICKS)
+        # Panels are less high than labels are long.
+        axes.set_ylabel("force\nratio" if name == "force ratio" else _split_label(axes.get_ylabel()))
+        if name == "force ratio":
+            axes.locator_params(axis="y", nbins=FEW_TICKS)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if row == 0:
@@ -297,6 +298,8 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
             place_above |= widen_legend_space(axes)
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
+            if name == "force ratio":  # a long key, whose diamond would reach the numbers of the axis
+                spacing |= {"handlelength": 1.4, "handletextpad": 0.5}
             add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
