@@ -177,7 +177,12 @@ def state_coincidence(axes: "Axes", branches: list[list[Array]], handles: list[A
     size = np.asarray(axes.dataLim.size)
     scaled = [[line / np.where(size > 0, size, 1.0) for line in lines] for lines in branches]
     hidden = sum(
-        any(_lies_on(lines, others) for others in scaled[:number]) for number, lines in enumerate(scaled) if number
+        any(
+            _lies_on(lines, others) and (place < number or not _lies_on(others, lines))
+            for place, others in enumerate(scaled)
+            if place != number
+        )
+        for number, lines in enumerate(scaled)
     )
     if hidden:
         handles.append(Line2D([], [], linestyle="none"))

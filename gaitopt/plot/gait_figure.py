@@ -223,8 +223,6 @@ def _list_facts(gait: AnyGait) -> list[str]:
             rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
             *facts[1:-1],
         ]
-    if verdict := judge_robust_plan(gait.problem):
-        facts.insert(1, verdict)
     if objective != "cost_of_transport":
         unit = gait.problem.get("objective_unit") or "1"
         value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
@@ -233,18 +231,34 @@ def _list_facts(gait: AnyGait) -> list[str]:
 
 
 def _describe_sequence(gait: AnyGait) -> list[str]:
-    """Return texts on the contact sequence, the slope and the replay, from the complete to the shortest one."""
+    """Return texts on the contact sequence, the slope, the replay and the robustness, the complete one first.
+
+    All state whether a robust plan survives its scenarios: a replay that passes would appear to answer that.
+    """
     slope = np.rad2deg(gait.motion.parameters["slope"])
     where = f" on a slope of {abs(slope):.3g}\N{DEGREE SIGN} {'downhill' if slope > 0 else 'uphill'}" if slope else ""
-    missing = f" (not{NO_BREAK}replayed)" if gait.status.ok and not gait.verification else ""
-    verified = gait.status.ok and gait.verification is not None
-    replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if verified else missing
-    brief = " (verified)" if verified else missing
+    verdict = judge_robust_plan(gait.problem).replace(" ", NO_BREAK)
+    full = short = "not replayed" if gait.status.ok else ""
+    if gait.status.ok and gait.verification is not None:
+        full, short = "verified by replay", "verified"
+    replay, brief = (_join_notes(text.replace(" ", NO_BREAK), verdict) for text in (full, short))
     sequence, *shorter = shorten_sequence(str(gait.sequence))
     notes = [(sequence, where + replay), (sequence, where + brief), (sequence, replay), (sequence, brief)]
     pairs = [*notes, *((text, brief) for text in shorter)]
     # A mark at the end of a sequence would belong to the text that follows.
     return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
+
+
+def _join_notes(*notes: str) -> str:
+    """Return notes in brackets, without those that are empty.
+
+    Examples
+    --------
+    >>> _join_notes("verified", "robust"), _join_notes("", "")
+    (' (verified, robust)', '')
+    """
+    stated = ", ".join(note for note in notes if note)
+    return f" ({stated})" if stated else ""
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:
