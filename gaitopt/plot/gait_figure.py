@@ -33,6 +33,9 @@ HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 6.5, 5, 3
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
+TICK_STEPS = [1, 1.5, 2, 3, 4, 6, 8, 10]
+"""Distances of ticks of which one always gives three ticks in a symmetric range of a column."""
+
 KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
 """Characters in a line of the legend beside a panel, and per inch of the title; number of lines that fit in the title,
 and height of each further line [inch]."""
@@ -40,8 +43,8 @@ and height of each further line [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_EXTRA_ROW = 1.45, 0.85
-"""Height of each panel beyond four, and that of a column [inch]."""
+EXTRA_ROW, NARROW_ROW, NARROW_KEY = 1.45, 0.83, 0.25
+"""Height of each panel beyond four, and of every panel of a column with a key above it that has this height [inch]."""
 
 MOST_PANELS = 4
 
@@ -178,7 +181,11 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
             _warn(figure.add_subplot(grid[0], label="warning"), warning)
         if view is not None:
             stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), view, style.width)
-            (_draw_column if style.width < NARROW else _draw_panels)(figure, grid[-1], view)
+            if style.width < NARROW:
+                height = min(above + box + stick_height + _draw_column(figure, grid[-1], view), style.tallest)
+                figure.set_figheight(height)
+            else:
+                _draw_panels(figure, grid[-1], view)
             heights = [box, stick_height, height - box - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
@@ -189,10 +196,9 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
 
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
-    """Return the height of a figure without its warning [inch]."""
+    """Return the height of a figure without its warning [inch]; that of a column follows from its stick figures."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
-    height, row = (NARROW_HEIGHT, NARROW_EXTRA_ROW) if style.width < NARROW else (HEIGHT, EXTRA_ROW)
-    return height + more * row
+    return NARROW_HEIGHT if style.width < NARROW else HEIGHT + more * EXTRA_ROW
 
 
 def _describe(gait: AnyGait, title: str | None, letters: int) -> str:
@@ -290,10 +296,11 @@ def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
     return float(np.clip(width * shape, 1.0, 2.4))
 
 
-def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
-    """Draw the panels below one another, their keys above them."""
+def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
+    """Draw the panels below one another, their keys above them; return the height that they need [inch]."""
     rows = choose_rows(view)
-    grid = place.subgridspec(len(rows), 1, height_ratios=_row_heights(rows, view))
+    heights = [NARROW_ROW * height for height in _row_heights(rows, view)]
+    grid = place.subgridspec(len(rows), 1, height_ratios=heights)
     panels_drawn: list[Axes] = []
     for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
@@ -303,7 +310,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
         # Panels are less high than labels are long.
         axes.set_ylabel("force\nratio" if name == "force ratio" else _split_label(axes.get_ylabel()))
         if name == "force ratio":
-            axes.locator_params(axis="y", nbins=FEW_TICKS)
+            axes.locator_params(axis="y", nbins=FEW_TICKS, steps=TICK_STEPS)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if row == 0:
@@ -314,10 +321,14 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
             if name == "force ratio":  # a long key, whose diamond would reach the numbers of the axis
                 spacing |= {"handlelength": 1.4, "handletextpad": 0.5}
-            add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
+            width = figure.get_figwidth()
+            key = add_page_legend(axes, handles, labels, columns=4, width=width, **place_above, **spacing)
+            heights[row] += max(key.get_window_extent().height / figure.dpi - NARROW_KEY, 0.0)
+    grid.set_height_ratios(heights)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
     figure.align_ylabels(panels_drawn)
+    return sum(heights)
 
 
 def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
