@@ -249,7 +249,7 @@ def _print_family(
         "speed [m/s]",
         "step length [m]",
         "friction",
-        "slope [rad]",
+        "slope [deg]",
         _name_objective(result),
         "replay",
     ):
@@ -263,7 +263,7 @@ def _print_family(
             f"{gait.speed:.4g}",
             f"{gait.step_length:.4g}",
             f"{values['friction']:.4g}",
-            f"{values['slope']:.4g}",
+            f"{math.degrees(values['slope']):.4g}",
             f"{gait.solver.objective:.6g}",
             verdict_text("passed" if passed else gait.status.key, passed),
         )

@@ -15,7 +15,7 @@ from gaitopt.cli.options import (
     Json,
     LawName,
     Quiet,
-    ResultFile,
+    ResultFiles,
     RobotScript,
     StanceAngle,
     TorqueLimit,
@@ -31,13 +31,14 @@ from gaitopt.errors import GaitoptError, InputError
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.motion.planar_gait import AnyGait
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
 PAGE = ".html"
 """Suffix of the page of a diagram."""
 
 
 def plot(
-    file: ResultFile,
+    files: ResultFiles,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="PNG/PDF/SVG/HTML", help="File of the figure, or of the page."),
@@ -69,7 +70,8 @@ def plot(
     """Draw a result of any kind: gait, search, sweep, front, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.  For a diagram of periodic gaits, a file that
-    ends in .html is a page on which a click on a point plays its gait.
+    ends in .html is a page on which a click on a point plays its gait.  Several files must be push tests, which are
+    compared in one figure, comparison.png; 'gaitopt compare' does the same for gaits.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
@@ -79,10 +81,13 @@ def plot(
     from gaitopt.plot.style import FigureStyle
     from gaitopt.study.result_file import load_result
 
+    file, *others = files
     refuse_walk_script(file)
-    path = output or Path(f"{file.resolve().stem}.png")
+    path = output or Path("comparison.png" if others else f"{file.resolve().stem}.png")
     check_writable(path)
     if path.suffix.lower() == PAGE:
+        if others:
+            raise InputError(f"A page (.html) contains one diagram, got {len(files)} files.")
         from gaitopt.cli.diagram_page import write_page_of_file
 
         with show_progress("writing the page", hidden=json):
@@ -91,8 +96,26 @@ def plot(
         return
     if problem is not None:
         raise InputError(f"--problem is accepted for the page of a diagram (.html) only, got -o {path}.")
+    result = _load_push_tests(files) if others else load_result(file)
     style = FigureStyle(width=width, font_size=font_size, titled=title)
-    report_file(save_figure(plot_result(load_result(file), quantity=quantity, style=style), path), json=json)
+    report_file(save_figure(plot_result(result, quantity=quantity, style=style), path), json=json)
+
+
+def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":
+    """Return the push tests of several files by the names of the files; no other results can share a figure."""
+    from gaitopt.study.result_file import load_result
+    from gaitopt.study.robustness.robustness_record import RobustnessRecord
+
+    records = {}
+    for label, file in label_files(files).items():
+        record = load_result(file)
+        if not isinstance(record, RobustnessRecord):
+            raise InputError(
+                f"Only push tests share a figure, and {file} is another result; plot each of the {len(files)} files "
+                "separately, or overlay gaits with 'gaitopt compare'."
+            )
+        records[label] = record
+    return records
 
 
 def animate(

@@ -78,6 +78,7 @@ def tune(
         family = _family_of(gait, law, torque_limit, stance_angle)  # raises an error before the plan is printed
         _recommend_engine(gait, hidden=json)
         announcement.begin()
+        display.describe(f"first evaluation of at most {search.evaluations_in_total}")
         tuned = tune_feedback(
             gait,
             family,
@@ -85,7 +86,7 @@ def tune(
             frictions=tuple(friction or ()),
             search=search,
             test=test,
-            observer=lambda step: display.describe(_progress(announcement.time_walk(step))),
+            observer=lambda step: display.describe(_progress(announcement.time_step(step))),
         )
     _report_tuning(tuned, output, json=json)
     if tuned.search_interrupted or tuned.verified.interrupted:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -16,6 +17,7 @@ from gaitopt.cli.law_option import OPEN_LOOP
 from gaitopt.cli.options import LAWS
 from gaitopt.cli.output import err, out, verdict_text
 from gaitopt.motion.printable import format_count, format_radius
+from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
 from gaitopt.motion.summary import plain
 from gaitopt.status import Stop
 
@@ -269,8 +271,10 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     for column in ("disturbance", "survived", "not survived", "unit"):
         table.add_column(column)
     for each in facts["survived"]:
-        failed = "-" if each["failed"] is None else f"{each['failed']:.4g}"
-        table.add_row(each["kind"], f"{each['survived']:.4g}", failed, UNITS.get(each["kind"], each["unit"]))
+        sizes = (math.nan if each[name] is None else each[name] for name in ("survived", "failed"))
+        survived, failed = in_shown_unit(np.array(list(sizes)), each["unit"]).tolist()
+        unit = UNITS.get(each["kind"], show_unit(each["unit"]))
+        table.add_row(each["kind"], f"{survived:.4g}", "-" if math.isnan(failed) else f"{failed:.4g}", unit)
     out.print(table if facts["survived"] else title)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"

@@ -1,6 +1,7 @@
 """Gaits of several steps on the command line: solved from a script, or read from their file."""
 
 import functools
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,7 +120,7 @@ def print_multistep(gait: "MultiStepGait") -> None:
     table = Table(box=box.SIMPLE, pad_edge=False)
     columns = {
         "friction": "friction",
-        "slope [rad]": "slope",
+        "slope [deg]": "slope",
         "rise [m]": "rise",
         "length [m]": "step_length",
         "duration [s]": "duration",
@@ -130,7 +131,8 @@ def print_multistep(gait: "MultiStepGait") -> None:
     for column in ("step", "sequence", *columns):
         table.add_column(column, no_wrap=True)
     for number, facts in enumerate(gait.summarise()["steps"]):
-        numbers = (f"{float(facts[name]):.4g}" for name in columns.values())
+        shown = facts | {"slope": math.degrees(facts["slope"])}
+        numbers = (f"{float(shown[name]):.4g}" for name in columns.values())
         table.add_row(str(number), facts["sequence"], *numbers)
     out.print(table)
     replay = gait.verification

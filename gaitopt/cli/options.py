@@ -51,8 +51,9 @@ Verbose = Annotated[
 
 # Inputs.
 GaitFile = Annotated[Path, typer.Argument(metavar="FILE", help="Gait file written by 'gaitopt solve'.")]
-ResultFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="File of any result of gaitopt, or folder written by 'gaitopt search'.")
+ResultFiles = Annotated[
+    list[Path],
+    typer.Argument(metavar="FILE...", help="File of any result of gaitopt, or folder written by 'gaitopt search'."),
 ]
 GaitFiles = Annotated[list[Path], typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search'.")]
 ScriptFile = Annotated[Path, typer.Argument(metavar="PROBLEM.py", help="Problem script.")]
@@ -344,5 +345,5 @@ def label_files(files: Sequence[Path]) -> dict[str, Path]:
     labels = {file.stem if stems.count(file.stem) == 1 else str(file): file for file in files}
     if len(labels) < len(files):
         repeated = next(file for file in files if files.count(file) > 1)
-        raise InputError(f"The gait files must be different, got {repeated} twice.")
+        raise InputError(f"The files must be different, got {repeated} twice.")
     return labels

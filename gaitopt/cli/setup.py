@@ -44,7 +44,12 @@ PURPOSES = {
 
 
 def new(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the script, with or without .py.")],
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="NAME", help="Name of the script, with or without .py.", show_default="that of --robot or --from"
+        ),
+    ] = None,
     source: Annotated[
         str | None,
         typer.Option("--from", metavar="SCRIPT", help="Script to copy, one of those listed by gaitopt problems."),
@@ -69,6 +74,9 @@ def new(
         if source is not None:
             raise InputError(f"--robot {robot} and --from {source} exclude each other; give one of them.")
         source = script_of_robot(robot)
+    name = name if name is not None else robot or source
+    if name is None:
+        raise InputError("The name of the script is missing, such as 'gaitopt new my_walker'.")
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if path.name.startswith("."):
         raise InputError(f"The name of a script must not be empty or begin with a dot, got {name!r}.")

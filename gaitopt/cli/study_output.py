@@ -13,6 +13,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
 from gaitopt.study.storage.failure_reason import PENDING
@@ -135,7 +136,7 @@ def _header(table: "xr.Dataset", name: str) -> str:
     if name == "sequence":
         return name
     unit, label = table[name].attrs.get("units", "1"), name_variable(table, name).replace("_", " ")
-    return label if unit in ("", "1") else f"{label} [{unit}]"
+    return label if unit in ("", "1") else f"{label} [{'deg' if unit == 'rad' else unit}]"
 
 
 def _name_measures(table: "xr.Dataset") -> list[str]:
@@ -152,7 +153,7 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
         shown.add_column(_header(table, name), no_wrap=True)
     sequences = [str(sequence) for sequence in table.sequence.values]
     for index in _computed_points(table):
-        cells = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
+        cells = [_show_value(table[name], i) for name, i in zip(axes, index, strict=True)]
         lowest = str(table.lowest_sequence.values[index])
         if not lowest:
             pending = bool((table.status.values[(slice(None), *index)] == PENDING).any())
@@ -197,7 +198,7 @@ def _print_costs(table: "xr.Dataset", axes: list[str]) -> None:
     sequences, name_of_cost = [str(sequence) for sequence in table.sequence.values], find_cost_variable(table)
     shown = Table(box=box.SIMPLE, pad_edge=False, title=_header(table, name_of_cost), title_justify="left")
     for name in axes:
-        unit = table[name].attrs.get("units", "1")
+        unit = show_unit(table[name].attrs.get("units", "1"))
         shown.add_column(name if unit == "1" else f"{name} [{unit}]", no_wrap=True)
     for sequence in sequences:
         shown.add_column(sequence, no_wrap=True)
@@ -205,7 +206,7 @@ def _print_costs(table: "xr.Dataset", axes: list[str]) -> None:
     for index in _computed_points(table):
         column = np.moveaxis(cost, 0, -1)[index]
         least = np.nanmin(column) if np.any(np.isfinite(column)) else np.nan
-        cells: list[str | Text] = [f"{table[name].values[i]:.6g}" for name, i in zip(axes, index, strict=True)]
+        cells: list[str | Text] = [_show_value(table[name], i) for name, i in zip(axes, index, strict=True)]
         for number, value in enumerate(column):
             if np.isfinite(value):
                 cells.append(Text(f"{value:.6f}", style="green" if value == least else ""))
@@ -213,6 +214,11 @@ def _print_costs(table: "xr.Dataset", axes: list[str]) -> None:
                 cells.append(Text(str(status[(number, *index)]), style="red"))
         shown.add_row(*cells)
     out.print(shown)
+
+
+def _show_value(axis: "xr.DataArray", place: int) -> str:
+    """Return a value of an axis of a sweep in the unit of tables: an angle in degrees."""
+    return f"{in_shown_unit(axis.values[place], axis.attrs.get('units', '1')):.6g}"
 
 
 def first_reason(table: "xr.Dataset") -> str:
@@ -237,9 +243,9 @@ def _describe_point(table: "xr.Dataset", at: tuple[int, ...]) -> str:
     """Return the values of the axes at a point, and its contact sequence if there are several."""
     texts = []
     for name, i in zip(table.status.dims, at, strict=True):
-        unit = table[name].attrs.get("units", "1")
         if name != "sequence":
-            texts.append(f"{name} {table[name].values[i]:.6g}" + ("" if unit == "1" else f" {unit}"))
+            unit = show_unit(table[name].attrs.get("units", "1"))
+            texts.append(f"{name} {_show_value(table[name], i)}" + ("" if unit == "1" else f" {unit}"))
         elif table.sizes["sequence"] > 1:
             texts.append(f"'{table.sequence.values[i]}'")
     return ", ".join(texts)

@@ -13,12 +13,15 @@ if TYPE_CHECKING:
 LONG = 120.0
 """Time from which a duration is stated in minutes [s]."""
 
+SLOW = 2.0
+"""Time of the first evaluation from which the duration of the search is announced [s]."""
+
 ENOUGH, MOST_TIMED = 0.5, 20
 """Time [s] and number of walks after which the time of a walk is known."""
 
 
 class TuningAnnouncement:
-    """Prints on standard error what a tuning computes, and after some walks how long its verification takes.
+    """Prints on standard error what a tuning computes and, once they are timed, how long its slow parts take.
 
     Parameters
     ----------
@@ -30,18 +33,20 @@ class TuningAnnouncement:
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
         self._search, self._test, self._hidden = search, test, hidden
-        self._walks, self._first, self._announced = 0, 0.0, False
+        self._walks, self._first, self._announced, self._began = 0, 0.0, False, 0.0
 
     def begin(self) -> None:
         """Print the maximum number of evaluations of the search, and of walks of the verification."""
         self._print(describe_search(self._search))
         self._print(describe_verification(self._test))
+        self._began = time.perf_counter()
 
-    def time_walk(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
-        """Return a step; print the expected duration of the verification once some of its walks are timed.
+    def time_step(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
+        """Return a step; print the expected duration of a slow search, or of the verification, once it is known.
 
-        The time of the first walk is not known: before it, the law of the best gains is assessed.  The times of walks
-        differ by their numbers of steps, so that short ones are averaged.
+        The first evaluation determines the duration of the search.  The time of the first walk is not known: before
+        it, the law of the best gains is assessed.  The times of walks differ by their numbers of steps, so that short
+        ones are averaged.
         """
         if isinstance(step, VerificationStep):
             self._walks += 1
@@ -52,6 +57,8 @@ class TuningAnnouncement:
                 if elapsed >= ENOUGH or self._walks >= min(MOST_TIMED, self._test.starts):
                     self._announced = True
                     self._print(describe_duration(elapsed / count, self._test.most_walks))
+        elif step.number == 1 and (seconds := time.perf_counter() - self._began) >= SLOW:
+            self._print(describe_search_duration(seconds, self._search.evaluations_in_total))
         return step
 
     def _print(self, text: str) -> None:
@@ -76,6 +83,29 @@ at most 20 evaluations each (--evaluations)'
     simplex = f"one simplex search of {each}" if count == 1 else f"{count} simplex searches of {each} each"
     return (
         f"search: at most {search.evaluations_in_total} evaluations: {', '.join(parts)} and {simplex} (--evaluations)"
+    )
+
+
+def describe_search_duration(seconds: float, evaluations: int) -> str:
+    """Return the expected duration of a search.
+
+    Parameters
+    ----------
+    seconds : float
+        Duration of the first evaluation.
+    evaluations : int
+        Maximum number of evaluations.
+
+    Examples
+    --------
+    >>> describe_search_duration(20, 129)
+    'search: the first evaluation took 20 s, so that all evaluations take about 43 min; smaller --samples and \
+--evaluations shorten the search, and Ctrl-C ends it and keeps the best gains'
+    """
+    return (
+        f"search: the first evaluation took {seconds:.2g} s, so that all evaluations take about "
+        f"{_show_duration(seconds * evaluations)}; smaller --samples and --evaluations shorten the search, and Ctrl-C "
+        "ends it and keeps the best gains"
     )
 
 
@@ -112,9 +142,13 @@ def describe_duration(seconds: float, walks: int) -> str:
     'verification: a walk from a small push takes 0.31 s, so that all walks take about 10 min, or longer if \
 larger pushes take more steps; Ctrl-C ends the verification and keeps the gains'
     """
-    total = seconds * walks
-    duration = f"{total / 60:.0f} min" if total >= LONG else f"{max(total, 1.0):.0f} s"
     return (
-        f"verification: a walk from a small push takes {seconds:.2g} s, so that all walks take about {duration}, "
-        "or longer if larger pushes take more steps; Ctrl-C ends the verification and keeps the gains"
+        f"verification: a walk from a small push takes {seconds:.2g} s, so that all walks take about "
+        f"{_show_duration(seconds * walks)}, or longer if larger pushes take more steps; Ctrl-C ends the verification "
+        "and keeps the gains"
     )
+
+
+def _show_duration(seconds: float) -> str:
+    """Return a duration as a text in seconds or minutes."""
+    return f"{seconds / 60:.0f} min" if seconds >= LONG else f"{max(seconds, 1.0):.0f} s"

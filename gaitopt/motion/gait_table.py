@@ -262,7 +262,10 @@ def _grid(gait: Gait) -> Facts:
     if not math.isfinite(error):
         return []
     accuracy = f"objective within {100 * error:.1g} % of its value on an infinitely fine grid (estimate)"
-    return [("grid", f"{sum(gait.problem['intervals'])} intervals, {accuracy}")]
+    count, script = sum(gait.problem["intervals"]), gait.problem.get("script") or {}
+    stated = (script.get("parameters") or {}).get("intervals")
+    refined = f" (refined from {stated})" if isinstance(stated, int) and stated < count else ""
+    return [("grid", f"{count} intervals{refined}, {accuracy}")]
 
 
 def describe_script(problem: Mapping[str, Any]) -> Facts:

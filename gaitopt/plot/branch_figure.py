@@ -67,6 +67,9 @@ STABLE_PIECE, UNSTABLE_PIECE = "_stable", "_unstable"
 RADIUS_LABELS = ("spectral radius", "spectral radius\nof the period")
 """Labels of the axis of spectral radii, if all gaits have one step and otherwise."""
 
+COINCIDENT = 2e-3
+"""Distance, over the size of the axes, below which lines are drawn on each other."""
+
 LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown, unless all are larger."""
 
@@ -143,6 +146,8 @@ def plot_branches(
         figure.align_ylabels()
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
         handles, labels = _legend(upper, colors)
+        lines = [[np.column_stack([values, row]) for row in heights.T] for _, values, heights in drawn]
+        state_coincidence(upper, lines, handles, labels)
         legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         extend_page(figure, legend, style.tallest)
         if style.titled:
@@ -153,6 +158,51 @@ def plot_branches(
 def find_top(axes: "Axes", cut: float = LARGEST_RADIUS) -> float:
     """Return the upper end of an axis of spectral radii, which shows the stability limit."""
     return min(cut, 1.05 * max(1.2, float(axes.dataLim.y1)))
+
+
+def state_coincidence(axes: "Axes", branches: list[list[Array]], handles: list[Any], labels: list[str]) -> None:
+    """Add to the entries of a legend how many branches are drawn on the line of another one, if any are.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        With all branches drawn.
+    branches : list of lists of (K, 2) arrays
+        Points of the lines of each branch.
+    handles, labels : list
+        Entries of the legend, which are extended.
+    """
+    from matplotlib.lines import Line2D
+
+    size = np.asarray(axes.dataLim.size)
+    scaled = [[line / np.where(size > 0, size, 1.0) for line in lines] for lines in branches]
+    hidden = sum(
+        any(
+            _lies_on(lines, others) and (place < number or not _lies_on(others, lines))
+            for place, others in enumerate(scaled)
+            if place != number
+        )
+        for number, lines in enumerate(scaled)
+    )
+    if hidden:
+        handles.append(Line2D([], [], linestyle="none"))
+        labels.append(f"{hidden} of {len(branches)} branches coincide with another one")
+
+
+def _lies_on(lines: list[Array], others: list[Array]) -> bool:
+    """Return whether all points of a branch are on the lines of another one, in units of the size of the axes."""
+    points = np.concatenate(lines)
+    points = points[np.all(np.isfinite(points), axis=1)]
+    distance = np.full(len(points), np.inf)
+    for line in others:
+        begins, steps = line[:-1], np.diff(line, axis=0)
+        if len(begins):
+            lengths = np.maximum(np.sum(steps**2, axis=1), np.finfo(float).tiny)
+            offsets = points[:, np.newaxis] - begins
+            shares = np.clip(np.sum(offsets * steps, axis=2) / lengths, 0.0, 1.0)
+            gaps = np.linalg.norm(offsets - shares[..., np.newaxis] * steps, axis=2)
+            distance = np.minimum(distance, np.min(np.where(np.isnan(gaps), np.inf, gaps), axis=1))
+    return bool(points.size) and bool(np.all(distance < COINCIDENT))
 
 
 def _find_cut(diagram: BranchDiagram) -> float:

@@ -13,7 +13,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Array
 from gaitopt.plot.legends import NO_BREAK, add_page_legend
-from gaitopt.plot.panels import join_segments, sample_force_ratio
+from gaitopt.plot.panels import join_segments, sample_force_ratio, widen_constant
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison, energy_per_distance
 
@@ -137,6 +137,7 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
         drawn.append(axes)
         for place, (name, gait) in enumerate(comparison.gaits.items()):
             axes.plot(*_over_step(gait, read(gait)), **line_style(place), label=name)
+        widen_constant(axes)
         if grid.ncols == 1:
             axes.set_ylabel(label)
         else:

@@ -30,8 +30,11 @@ if TYPE_CHECKING:
 HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 """In inches."""
 
-NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 8.4, 5, 3
+NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 6.5, 5, 3
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
+
+TICK_STEPS = [1, 1.5, 2, 3, 4, 6, 8, 10]
+"""Distances of ticks of which one always gives three ticks in a symmetric range of a column."""
 
 KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
 """Characters in a line of the legend beside a panel, and per inch of the title; number of lines that fit in the title,
@@ -40,8 +43,8 @@ and height of each further line [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW = 1.45
-"""Height of each panel beyond four [inch]."""
+EXTRA_ROW, NARROW_ROW, NARROW_KEY = 1.45, 0.83, 0.25
+"""Height of each panel beyond four, and of every panel of a column with a key above it that has this height [inch]."""
 
 MOST_PANELS = 4
 
@@ -178,7 +181,11 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
             _warn(figure.add_subplot(grid[0], label="warning"), warning)
         if view is not None:
             stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), view, style.width)
-            (_draw_column if style.width < NARROW else _draw_panels)(figure, grid[-1], view)
+            if style.width < NARROW:
+                height = min(above + box + stick_height + _draw_column(figure, grid[-1], view), style.tallest)
+                figure.set_figheight(height)
+            else:
+                _draw_panels(figure, grid[-1], view)
             heights = [box, stick_height, height - box - stick_height - above]
             grid.set_height_ratios(heights[-grid.nrows :])
         else:
@@ -189,9 +196,9 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
 
 
 def _total_height(view: MotionView | None, style: FigureStyle) -> float:
-    """Return the height of a figure without its warning [inch]."""
+    """Return the height of a figure without its warning [inch]; that of a column follows from its stick figures."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
-    return (NARROW_HEIGHT if style.width < NARROW else HEIGHT) + more * EXTRA_ROW
+    return NARROW_HEIGHT if style.width < NARROW else HEIGHT + more * EXTRA_ROW
 
 
 def _describe(gait: AnyGait, title: str | None, letters: int) -> str:
@@ -222,8 +229,6 @@ def _list_facts(gait: AnyGait) -> list[str]:
             rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
             *facts[1:-1],
         ]
-    if verdict := judge_robust_plan(gait.problem):
-        facts.insert(1, verdict)
     if objective != "cost_of_transport":
         unit = gait.problem.get("objective_unit") or "1"
         value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
@@ -232,18 +237,34 @@ def _list_facts(gait: AnyGait) -> list[str]:
 
 
 def _describe_sequence(gait: AnyGait) -> list[str]:
-    """Return texts on the contact sequence, the slope and the replay, from the complete to the shortest one."""
+    """Return texts on the contact sequence, the slope, the replay and the robustness, the complete one first.
+
+    All state whether a robust plan survives its scenarios: a replay that passes would appear to answer that.
+    """
     slope = np.rad2deg(gait.motion.parameters["slope"])
     where = f" on a slope of {abs(slope):.3g}\N{DEGREE SIGN} {'downhill' if slope > 0 else 'uphill'}" if slope else ""
-    missing = f" (not{NO_BREAK}replayed)" if gait.status.ok and not gait.verification else ""
-    verified = gait.status.ok and gait.verification is not None
-    replay = f" (verified{NO_BREAK}by{NO_BREAK}replay)" if verified else missing
-    brief = " (verified)" if verified else missing
+    verdict = judge_robust_plan(gait.problem).replace(" ", NO_BREAK)
+    full = short = "not replayed" if gait.status.ok else ""
+    if gait.status.ok and gait.verification is not None:
+        full, short = "verified by replay", "verified"
+    replay, brief = (_join_notes(text.replace(" ", NO_BREAK), verdict) for text in (full, short))
     sequence, *shorter = shorten_sequence(str(gait.sequence))
     notes = [(sequence, where + replay), (sequence, where + brief), (sequence, replay), (sequence, brief)]
     pairs = [*notes, *((text, brief) for text in shorter)]
     # A mark at the end of a sequence would belong to the text that follows.
     return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
+
+
+def _join_notes(*notes: str) -> str:
+    """Return notes in brackets, without those that are empty.
+
+    Examples
+    --------
+    >>> _join_notes("verified", "robust"), _join_notes("", "")
+    (' (verified, robust)', '')
+    """
+    stated = ", ".join(note for note in notes if note)
+    return f" ({stated})" if stated else ""
 
 
 def _number(gait: AnyGait, name: str, form: str) -> str:
@@ -275,20 +296,21 @@ def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
     return float(np.clip(width * shape, 1.0, 2.4))
 
 
-def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
-    """Draw the panels below one another, their keys above them."""
+def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
+    """Draw the panels below one another, their keys above them; return the height that they need [inch]."""
     rows = choose_rows(view)
-    grid = place.subgridspec(len(rows), 1, height_ratios=_row_heights(rows, view))
+    heights = [NARROW_ROW * height for height in _row_heights(rows, view)]
+    grid = place.subgridspec(len(rows), 1, height_ratios=heights)
     panels_drawn: list[Axes] = []
     for row, (name, draw) in enumerate(rows.items()):
         axes = figure.add_subplot(grid[row, 0], sharex=panels_drawn[0] if panels_drawn else None, label=name)
         panels_drawn.append(axes)
         draw(axes, view)
         _finish(name, axes, view)
-        if len(rows) > MOST_PANELS:  # panels are less high than the labels of their axes are long
-            axes.set_ylabel(_split_label(axes.get_ylabel()))
-            if name == "force ratio":
-                axes.locator_params(axis="y", nbins=FEW_TICKS)
+        # Panels are less high than labels are long.
+        axes.set_ylabel("force\nratio" if name == "force ratio" else _split_label(axes.get_ylabel()))
+        if name == "force ratio":
+            axes.locator_params(axis="y", nbins=FEW_TICKS, steps=TICK_STEPS)
         axes.tick_params(labelbottom=row == len(rows) - 1)
         handles, labels = axes.get_legend_handles_labels()
         if row == 0:
@@ -297,10 +319,16 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> None:
             place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
             place_above |= widen_legend_space(axes)
             spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
-            add_page_legend(axes, handles, labels, columns=4, width=figure.get_figwidth(), **place_above, **spacing)
+            if name == "force ratio":  # a long key, whose diamond would reach the numbers of the axis
+                spacing |= {"handlelength": 1.4, "handletextpad": 0.5}
+            width = figure.get_figwidth()
+            key = add_page_legend(axes, handles, labels, columns=4, width=width, **place_above, **spacing)
+            heights[row] += max(key.get_window_extent().height / figure.dpi - NARROW_KEY, 0.0)
+    grid.set_height_ratios(heights)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
     figure.align_ylabels(panels_drawn)
+    return sum(heights)
 
 
 def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:

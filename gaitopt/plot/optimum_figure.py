@@ -11,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
-from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top
+from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top, state_coincidence
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -80,6 +80,9 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
         upper.set_ylabel(label_quantity(diagram.objective, objective.unit if objective else ""))
         figure.align_ylabels()
         handles, labels = _legend_entries(upper, colors)
+        factor = math.degrees(1) if angular else 1.0
+        lines = [[np.column_stack([factor * branch.values, branch.costs])] for branch in diagram.branches]
+        state_coincidence(upper, lines, handles, labels)
         legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         extend_page(figure, legend, style.tallest)
     return figure

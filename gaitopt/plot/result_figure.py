@@ -42,12 +42,17 @@ QUANTITIES = {"plot_sweep": "quantity", "plot_branches": "coordinate"}
 def find_figure(result: Any) -> str | None:
     """Return the name of the function that draws a result; None if it is not a result of gaitopt.
 
+    The result may be a dictionary of push tests, which share a figure.
+
     Examples
     --------
     >>> from gaitopt import load
     >>> find_figure(load("docs/examples/compass_slip.h5")), find_figure(1.0)
     ('gait_figure:plot_gait', None)
     """
+    tests = list(result.values()) if isinstance(result, dict) else []
+    if tests and {find_figure(test) for test in tests} == {FIGURES["RobustnessRecord"]}:
+        return FIGURES["RobustnessRecord"]
     kind = type(result)
     if kind.__name__ == "BranchDiagram" and result.curves:
         return "curve_figure:plot_curves"
@@ -66,7 +71,7 @@ def plot_result(result: Any, *, quantity: str | None = None, style: FigureStyle 
     result : Gait, PlanarGait, MultiStepGait, Rollout, Cycle, Comparison, BranchDiagram, OptimalDiagram, Ranking, \
 Tuning, TunedGains, RobustnessRecord or xarray.Dataset
         Such as from :func:`gaitopt.study.load_result`; a dataset is that of a sweep, a basin, basins along
-        a branch, or a front.
+        a branch, or a front.  A dictionary of RobustnessRecord by label is drawn in one figure.
     quantity : str, optional
         Variable of a sweep, or coordinate of a diagram of periodic gaits.
     style : FigureStyle, optional

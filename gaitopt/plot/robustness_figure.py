@@ -119,6 +119,9 @@ def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -
         color = line_style(number)["color"]
         if margin is None:
             axes.barh(number, 0.0, 0.7, color=color)
+            axes.annotate(
+                "not tested", (0, number), (2, 0), textcoords="offset points", va="center", color="0.4", size="small"
+            )
             continue
         unit = margin.unit
         survived = float(in_shown_unit(np.array(margin.survived), unit))

@@ -1,5 +1,7 @@
 """The part of a page on a gait of several steps: its steps in a table, and its motion over time."""
 
+import math
+
 from gaitopt.errors import join_reasons
 from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.link_roles import is_drawable
@@ -11,7 +13,7 @@ from gaitopt.report.sections import chart_figure
 COLUMNS = {
     "sequence": "sequence",
     "friction": "friction",
-    "slope": "slope [rad]",
+    "slope": "slope [deg]",
     "step_length": "length [m]",
     "duration": "duration [s]",
     "rise": "rise [m]",
@@ -62,8 +64,9 @@ def _tables(gait: MultiStepGait) -> tuple[Element, Element]:
     ]
     stated = gait.summarise()["steps"]
     columns = {name: heading for name, heading in (COLUMNS | {"objective": objective}).items() if name in stated[0]}
+    shown = [step | {"slope": math.degrees(step["slope"])} for step in stated]
     steps = [
         (str(number), *(value if isinstance(value, str) else f"{value:.4g}" for value in map(step.get, columns)))
-        for number, step in enumerate(stated, start=1)
+        for number, step in enumerate(shown, start=1)
     ]
     return table(facts, name="Facts"), table(steps, ("step", *columns.values()), name="Steps")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -80,7 +81,8 @@ def test_a_sweep_over_slopes_in_degrees_is_stored_in_rad(command, root, folder):
         "sweep", root / SLIP, "--over", "slope=0,1", *settings, "--starts", "1", "--workers", "1", "-o", "f.nc"
     )
     assert run.status == 0, run.err
-    assert "slope [rad]" in run.out
+    assert "slope [deg]" in run.out
+    assert re.search(r"^ *1 +\d", run.out, re.MULTILINE)
     table = load_sweep(folder / "f.nc")
     assert table.slope.values.tolist() == [0, math.radians(1)]
     assert table.slope.attrs["units"] == "rad"

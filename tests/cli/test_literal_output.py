@@ -297,6 +297,13 @@ def multistep():
     multistep_output.print_multistep(several)
 
 
+def test_tables_of_steps_and_families_state_slopes_in_degrees(capsys):
+    multistep()  # its steps have a slope of 0.1 rad
+    assert re.search(r"slope \[deg\](.*\n)+.* 0\.1 +5\.73 +0\.1 ", capsys.readouterr().out)
+    family()
+    assert "slope [deg]" in capsys.readouterr().out
+
+
 TABLES = {
     "_print_audit": audit,
     "print_multistep": multistep,

@@ -39,6 +39,7 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert page.count("<tr>") >= 7
     assert "Force ratio and friction cone" in page
     assert page.count(">torque squared<") == 2
+    assert "slope [deg]" in page
     card = show_in_notebook(load_result(folder / "two.h5"))
     assert "stick | stick" in card
     assert "<svg" in card

@@ -60,6 +60,33 @@ def test_the_page_of_a_saved_diagram_is_written(command, folder, root):
         assert re.search(message, " ".join(done.err.split()))
 
 
+def test_slopes_survived_are_printed_in_degrees_and_stored_in_rad(command, folder, record):
+    margins = (RobustnessMargins("uphill slope", np.radians(2), None, "rad"),)
+    save_robustness(replace(record, margins=margins), folder / "slope.json")
+    assert "uphill slope 2 - deg" in " ".join(command("show", "slope.json").out.split())
+    (margin,) = command("show", "slope.json", "--json").json["survived"]
+    assert (margin["survived"], margin["unit"]) == (pytest.approx(np.radians(2)), "rad")
+
+
+def test_push_tests_of_two_laws_share_a_figure(command, folder, root, record, monkeypatch):
+    save_robustness(replace(record, law="pd", recoveries={}), folder / "second.json")
+    drawn = []
+    monkeypatch.setattr("gaitopt.plot.saving.save_figure", lambda figure, path: drawn.append(figure) or path)
+    assert command("plot", "push.json", "second.json", "--json").json == {"file": "comparison.png"}
+    labels = [text.get_text() for legend in drawn[0].legends for text in legend.get_texts()]
+    assert labels[:2] == ["push: largest survived", "second: largest survived"]
+    gait = root / "docs/examples/compass_slip.h5"
+    for arguments, message in [
+        (("push.json", gait), f"{gait} is another result; plot each of the 2 files separately.*'gaitopt compare'"),
+        (("push.json", "push.json"), "files must be different"),
+        (("push.json", "second.json", "-o", "x.html"), "contains one diagram, got 2 files"),
+        (("push.json", "second.json", "--quantity", "speed"), "only sweeps and diagrams of periodic gaits"),
+    ]:
+        done = command("plot", *arguments)
+        assert done.status == 2
+        assert re.search(message, " ".join(done.err.split()))
+
+
 def test_stored_results_are_the_same(folder, record):
     assert load_robustness(folder / "push.json") == load_result(folder / "push.json") == record
     unknown = save_robustness(replace(record, radius=float("nan")), folder / "unknown.json")

@@ -117,6 +117,17 @@ def test_an_unknown_robot_and_two_sources_are_refused(command, folder):
     assert "--robot monopod and --from hopper exclude each other" in run.err
 
 
+def test_a_script_without_a_name_has_that_of_its_robot_or_source(command, folder):
+    run = command("new", "--robot", "hopper")
+    assert run.status == 2
+    assert "Did you mean 'vertical_hopper'?" in run.err
+    assert command("new", "--robot", "vertical_hopper", "--json").json == {"file": "vertical_hopper.py"}
+    assert command("new", "--from", "hopper.py", "--json").json == {"file": "hopper.py"}
+    run = command("new")
+    assert run.status == 2
+    assert "The name of the script is missing" in run.err
+
+
 def test_a_copy_overwrites_nothing(command, folder, root):
     (folder / "compass_slip.py").write_text("mine")
     for name, source in (("compass_slip", "compass_slip"), ("new", "compass_stick"), ("compass_slip", "compass_stick")):

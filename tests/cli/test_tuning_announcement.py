@@ -11,6 +11,7 @@ from gaitopt.cli.tuning_announcement import (
     TuningAnnouncement,
     describe_duration,
     describe_search,
+    describe_search_duration,
     describe_verification,
 )
 from gaitopt.progress import TuningStep, VerificationStep
@@ -39,16 +40,28 @@ def test_the_duration_follows_from_that_of_a_walk(seconds, walks, duration):
 
 
 def test_walks_are_announced_before_the_search_and_their_duration_after_the_second_one(monkeypatch):
-    printed, times = [], iter([10.0, 10.5])
+    printed, times = [], iter([8.0, 9.0, 10.0, 10.5])
     monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
     monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
     announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
     announcement.begin()
     assert printed == [describe_search(GainSearchOptions()), describe_verification(PushTest())]
     for step in (TuningStep(1, 0.5, 0.5), *(VerificationStep(0.125, walk, 200) for walk in (1, 2, 3))):
-        assert announcement.time_walk(step) is step
+        assert announcement.time_step(step) is step
         assert len(printed) == 2 + (isinstance(step, VerificationStep) and step.walks > 1)
     assert printed[2] == describe_duration(0.5, 2000)
+
+
+def test_the_first_evaluation_announces_the_duration_of_a_slow_search(monkeypatch):
+    printed, times = [], iter([5.0, 25.0])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    announcement.begin()
+    for step in (TuningStep(1, 0.5, 0.5), TuningStep(2, 0.5, 0.5)):
+        assert announcement.time_step(step) is step
+        assert printed[2:] == [describe_search_duration(20.0, 129)]
+    assert "first evaluation took 20 s, so that all evaluations take about 43 min" in printed[2]
 
 
 def test_short_walks_are_averaged(monkeypatch):
@@ -58,7 +71,7 @@ def test_short_walks_are_averaged(monkeypatch):
     monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
     announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
     for walk in range(1, 30):
-        announcement.time_walk(VerificationStep(0.125, walk, 200))
+        announcement.time_step(VerificationStep(0.125, walk, 200))
         assert len(printed) == (walk >= 20)
     assert "about 17 s, or longer" in printed[0]
 

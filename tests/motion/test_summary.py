@@ -115,3 +115,14 @@ def test_the_impulse_of_an_impact_its_mode_and_its_ratio_are_in_the_row_of_the_e
     events = [text for name, text in facts if name == "event"]
     assert events[1].endswith("impulse heel b (-0.909, 4.885) N s; heel b stick, impulse ratio -0.1861")
     assert "impact" not in {name for name, _ in facts}
+
+
+@pytest.mark.parametrize(("stated", "text"), [(40, "50 intervals (refined from 40), "), (50, "50 intervals, ")])
+def test_a_refined_grid_states_the_number_of_intervals_of_its_script(slip_gait, stated, text):
+    script = {"file": "slip.py", "sha256": "0", "parameters": {"intervals": stated}, "set": []}
+    gait = dataclasses.replace(
+        slip_gait,
+        problem={**slip_gait.problem, "intervals": [10, 40], "script": script},
+        solver=dataclasses.replace(slip_gait.solver, cost_error=3e-4),
+    )
+    assert dict(tabulate_gait(gait))["grid"].startswith(text)

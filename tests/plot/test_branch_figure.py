@@ -32,6 +32,21 @@ def test_radii_beyond_the_axis_are_stated(diagram, width):
     check_texts(figure)
 
 
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_branches_on_one_line_are_counted(diagram, width):
+    def count(*branches):
+        figure = plot_branches(replace(diagram, branches=branches), style=FigureStyle(width=width))
+        check_texts(figure)
+        texts = [text.get_text() for text in figure.legends[0].get_texts()]
+        return [text for text in texts if "coincide" in text]
+
+    first, *others = diagram.branches
+    piece = take_gaits(first, slice(3, 20))
+    assert count(first, *others) == []
+    assert count(piece, first) == ["1 of 2 branches coincide with another one"]
+    assert count(first, piece, first, *others) == [f"2 of {len(others) + 3} branches coincide with another one"]
+
+
 def test_radii_that_are_all_large_are_shown(diagram):
     branch = diagram.branches[0]
     large = replace(branch, multipliers=9 / float(np.nanmin(branch.radii)) * branch.multipliers)

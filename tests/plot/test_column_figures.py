@@ -58,6 +58,26 @@ def test_the_warning_of_a_failed_gait_is_inside_a_column(infeasible):
     assert axes_of(figure)["stick figures"].get_window_extent().width > 0.8 * figure.bbox.width
 
 
+def test_a_gait_in_a_column_is_two_thirds_of_a_page_high_and_its_labels_do_not_touch(slipping):
+    figure = plot_gait(slipping, style=COLUMN)
+    assert figure.get_figheight() <= 6.5
+    assert is_inside(figure)
+    check_texts(figure)
+    panels = [axes for axes in figure.axes if axes.get_ylabel()]
+    boxes = [axes.yaxis.label.get_window_extent() for axes in panels]
+    assert [upper.y0 > lower.y1 for upper, lower in pairwise(boxes)] == [True] * 3
+    ratio = axes_of(figure)["force ratio"]
+    diamond = ratio.get_legend().get_window_extent()
+    assert not any(label.get_window_extent().overlaps(diamond) for label in ratio.get_yticklabels())
+
+
+def test_a_comparison_does_not_magnify_rounding_errors(slipping, rng):
+    segments = [replace(s, torque=1e-12 * rng.standard_normal(s.torque.shape)) for s in slipping.motion.segments]
+    idle = replace(slipping, motion=replace(slipping.motion, segments=tuple(segments)))
+    torques = [axes for axes in plot_comparison(compare([idle])).axes if "torque" in axes.get_ylabel()]
+    assert [axes.get_ylim() for axes in torques] == [(-0.5, 0.5)] * 2
+
+
 @pytest.mark.parametrize("width", [3.5, 7.0])
 def test_a_figure_with_many_panels_is_not_taller_than_a_page(hop_gait, width):
     figure = plot_gait(hop_gait, style=FigureStyle(width=width, font_size=8.5))

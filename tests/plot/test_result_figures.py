@@ -328,6 +328,7 @@ def test_a_push_test_has_an_axis_for_each_disturbance(results):
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[:2] == ["push [rad/s]", "downhill slope [deg]"]
     assert figure.axes[1].patches[0].get_width() == pytest.approx(np.degrees(0.1))
+    assert [[text.get_text() for text in axes.texts] for axes in figure.axes[:2]] == [[], ["not tested"]]
     returned = figure.axes[-1].lines[0].get_ydata()
     assert returned.max() == 75
 
