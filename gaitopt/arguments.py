@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from gaitopt.errors import GaitoptError, InputError, suggest
 
 F = TypeVar("F", bound=Callable[..., Any])
+R = TypeVar("R")
 
 MOST_ITEMS = 1000
 """Number of items of a sequence or mapping that are compared with the annotation."""
@@ -114,6 +115,31 @@ def check_record(target: F) -> F:
     """
     setattr(target, "__init__", _wrap(vars(target)["__init__"], target.__name__, always=True))  # noqa: B010
     return target
+
+
+def make_unchecked(kind: type[R], *arguments: Any, **options: Any) -> R:
+    """Return a record without a comparison of its arguments, which takes longer than a step of a simulation.
+
+    Parameters
+    ----------
+    kind : class
+        A class decorated by :func:`check_record`.
+    arguments, options
+        Its arguments, which are known to fit their annotations.
+
+    Examples
+    --------
+    >>> from gaitopt.dataclass import dataclass
+    >>> @check_record
+    ... @dataclass
+    ... class Length:
+    ...     value: float
+    >>> make_unchecked(Length, 6.0)
+    Length(value=6.0)
+    """
+    record = object.__new__(kind)
+    vars(kind)["__init__"].__wrapped__(record, *arguments, **options)
+    return record
 
 
 def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> Callable[..., Any]:
