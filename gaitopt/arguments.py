@@ -118,25 +118,7 @@ def check_record(target: F) -> F:
 
 
 def make_unchecked(kind: type[R], *arguments: Any, **options: Any) -> R:
-    """Return a record without a comparison of its arguments, which takes longer than a step of a simulation.
-
-    Parameters
-    ----------
-    kind : class
-        A class decorated by :func:`check_record`.
-    arguments, options
-        Its arguments, which are known to fit their annotations.
-
-    Examples
-    --------
-    >>> from gaitopt.dataclass import dataclass
-    >>> @check_record
-    ... @dataclass
-    ... class Length:
-    ...     value: float
-    >>> make_unchecked(Length, 6.0)
-    Length(value=6.0)
-    """
+    """Return a record (see `check_record`) without comparing its arguments, which takes longer than a simulated step."""
     record = object.__new__(kind)
     vars(kind)["__init__"].__wrapped__(record, *arguments, **options)
     return record
