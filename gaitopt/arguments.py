@@ -117,8 +117,8 @@ def check_record(target: F) -> F:
     return target
 
 
-def make_unchecked(kind: type[R], *arguments: Any, **options: Any) -> R:
-    """Return a record (see `check_record`) without comparing its arguments, which takes longer than a simulated step."""
+def make_record(kind: type[R], *arguments: Any, **options: Any) -> R:
+    """Return a record (see `check_record`) without comparing its arguments, which would slow a simulation down."""
     record = object.__new__(kind)
     vars(kind)["__init__"].__wrapped__(record, *arguments, **options)
     return record
