@@ -20,8 +20,9 @@ ROOT = Path(__file__).parent
 COSTLY = (
     *("tests/problems/test_studies.py", "docs/howto/design.md", "tests/tuning/test_planar_feedback.py"),
     *("docs/howto/branches.md", "tests/cli/test_studies.py", "tests/study/test_sweep.py"),
-    *("tests/problems/test_telescoping_biped.py", "tests/cli/test_trace_command.py", "tests/continuation/test_trace.py"),
-    *("tests/control/test_planar_phase_variable.py", "tests/continuation/test_planar_branches.py"),
+    *("tests/problems/test_telescoping_biped.py", "tests/control/test_planar_phase_variable.py"),
+    *("tests/cli/test_trace_command.py", "tests/continuation/test_trace.py"),
+    *("tests/continuation/test_planar_branches.py",),
     *("tests/study/test_trade_offs.py", "tests/cli/test_planar_stability.py", "tests/ocp/test_exact_work.py"),
     *("tests/plot/test_legends.py", "tests/cli/test_feedback_commands.py", "tests/parallel/test_dask_executor.py"),
     *("docs/howto/custom_robot_walks.md", "docs/howto/sweeps.md", "tests/plot/test_gait_figure.py"),
