@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from gaitopt.errors import GaitoptError, InputError, suggest
 
 F = TypeVar("F", bound=Callable[..., Any])
+R = TypeVar("R")
 
 MOST_ITEMS = 1000
 """Number of items of a sequence or mapping that are compared with the annotation."""
@@ -114,6 +115,13 @@ def check_record(target: F) -> F:
     """
     setattr(target, "__init__", _wrap(vars(target)["__init__"], target.__name__, always=True))  # noqa: B010
     return target
+
+
+def make_record(kind: type[R], *arguments: Any, **options: Any) -> R:
+    """Return a record (see `check_record`) without comparing its arguments, which would slow a simulation down."""
+    record = object.__new__(kind)
+    vars(kind)["__init__"].__wrapped__(record, *arguments, **options)
+    return record
 
 
 def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> Callable[..., Any]:

@@ -96,6 +96,21 @@ class FastCall:
         self._call()
         return self._result
 
+    def evaluate_separately(self) -> tuple[np.ndarray, ...]:
+        """Return the outputs, for the free inputs in the shared memory.
+
+        Examples
+        --------
+        >>> x, y = ca.SX.sym("x", 2), ca.SX.sym("y")
+        >>> memory = np.zeros(3)
+        >>> products = FastCall(ca.Function("products", [x, y], [y * x, y]), shared=memory)
+        >>> memory[:] = 1.0, 2.0, 3.0
+        >>> products.evaluate_separately()
+        (array([3., 6.]), array([3.]))
+        """
+        self._call()
+        return self._outputs
+
 
 def _memory_layout(function: ca.Function) -> tuple[list[slice], list[slice]]:
     """Return the slices of the inputs and of the outputs of a Function in two arrays of consecutive numbers."""

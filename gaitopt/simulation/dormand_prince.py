@@ -65,6 +65,10 @@ D = np.array([
 """Weights of the stages in the last four coefficients of the dense output, shape (4, 16)."""
 # fmt: on
 
+STAGE_ROWS = [(s, float(C[s]), A[s, :s]) for s in range(1, STAGES)]
+DENSE_ROWS = [(s, c, A_DENSE[s - STAGES - 1, :s]) for s, c in enumerate(C_DENSE, STAGES + 1)]
+"""Number of each later stage, its time as a fraction of the step, and the weights of the stages before it."""
+
 Rate = Callable[[float, Array], Array]
 
 
@@ -163,6 +167,7 @@ class DormandPrince:
         self.t_old, self.y_old = t, self.y
         self._slope = rate(t, self.y)
         self._stages = np.empty((ALL_STAGES, self.y.size))
+        self._earlier = [self._stages[:s].T for s in range(ALL_STAGES)]
         self._length = self._estimate_first_step() if first_step is None else first_step
 
     def step(self) -> None:
@@ -193,8 +198,8 @@ class DormandPrince:
     def dense_output(self) -> StepPolynomial:
         """Return the interpolating polynomial of the last step."""
         stages, h, start = self._stages, self.t - self.t_old, self.y_old
-        for s, c in enumerate(C_DENSE, STAGES + 1):
-            stages[s] = self._rate(self.t_old + c * h, start + np.dot(stages[:s].T, A_DENSE[s - STAGES - 1, :s]) * h)
+        for s, c, weights in DENSE_ROWS:
+            stages[s] = self._rate(self.t_old + c * h, start + np.dot(self._earlier[s], weights) * h)
         coefficients, change = np.empty((7, start.size)), self.y - start
         coefficients[0] = change
         coefficients[1] = h * stages[0] - change
@@ -206,9 +211,9 @@ class DormandPrince:
         """Return the state after a step and its rate."""
         t, y, stages = self.t, self.y, self._stages
         stages[0] = self._slope
-        for s in range(1, STAGES):
-            stages[s] = self._rate(t + C[s] * h, y + np.dot(stages[:s].T, A[s, :s]) * h)
-        y_new = y + h * np.dot(stages[:STAGES].T, B)
+        for s, c, weights in STAGE_ROWS:
+            stages[s] = self._rate(t + c * h, y + np.dot(self._earlier[s], weights) * h)
+        y_new = y + h * np.dot(self._earlier[STAGES], B)
         slope = self._rate(t + h, y_new)
         stages[STAGES] = slope
         return y_new, slope

@@ -1,5 +1,6 @@
 """Laws of robots with several contacts as functions of a phase variable: plan, flight, exact derivatives, refusals."""
 
+import functools
 import math
 from dataclasses import replace
 
@@ -35,6 +36,18 @@ PROBLEMS = {
 @pytest.fixture(scope="module")
 def gaits():
     return {name: solve_planar(problem()) for name, problem in PROBLEMS.items()}
+
+
+@pytest.fixture(scope="module")
+def control(gaits):
+    """Return a function that gives an LQR by the phase variable and the periodic gait under it, computed once."""
+
+    @functools.cache
+    def compute(name):
+        law = by_phase_variable(gaits[name], planar_lqr(gaits[name]))
+        return law, assess_planar(gaits[name], law)
+
+    return compute
 
 
 @pytest.fixture(params=PROBLEMS)
@@ -120,14 +133,14 @@ CASES = [("walk", "open loop"), ("walk", "lqr"), ("walk", "step_lqr"), ("knee st
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), CASES)
 def test_multipliers_agree_with_differences_of_the_return_map(gaits, name, kind):
-    gait = gaits[name]
-    law = by_phase_variable(gait, LAWS[kind](gait))
+    gait, by_clock = gaits[name], LAWS[kind](gaits[name])
+    law = by_phase_variable(gait, by_clock)
     cycle = assess_planar(gait, law)
     assert cycle.period == pytest.approx(gait.period, abs=1e-6)
     assert (cycle.radius < 1) is (kind != "open loop" or name == "walk")
     found = planar_differences(gait.robot, cycle, law, 1e-7)
     np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * max(1.0, np.max(np.abs(cycle.derivative))))
-    clock = assess_planar(gait, LAWS[kind](gait)).derivative
+    clock = assess_planar(gait, by_clock).derivative
     assert np.max(np.abs(clock - cycle.derivative)) > 1e-2  # the phase variable is not the clock
 
 
@@ -170,21 +183,18 @@ def test_a_torque_that_jumps_at_a_phase_has_an_exact_derivative(gaits):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["walk", "hop"])
-def test_the_engines_agree(gaits, name):
+def test_the_engines_agree(gaits, control, name):
     pytest.importorskip("heyoka")
-    gait = gaits[name]
-    law = by_phase_variable(gait, planar_lqr(gait))
-    reference, fast = (assess_planar(gait, law, engine=planar_engine_named(each)) for each in ("scipy", "heyoka"))
+    law, reference = control(name)
+    fast = assess_planar(gaits[name], law, engine=planar_engine_named("heyoka"))
     assert fast.period == pytest.approx(reference.period, abs=1e-9)
     np.testing.assert_allclose(list(fast.state.values()), list(reference.state.values()), atol=1e-8)
     np.testing.assert_allclose(np.abs(fast.multipliers), np.abs(reference.multipliers), atol=1e-6)
 
 
 @pytest.mark.slow
-def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gaits):
-    gait = gaits["walk"]
-    law = by_phase_variable(gait, planar_lqr(gait))
-    cycle = assess_planar(gait, law)
+def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gaits, control):
+    gait, (law, cycle) = gaits["walk"], control("walk")
     automaton, start = PlanarAutomaton(gait.robot, gait.motion.parameters, law), cycle.start
     moved = replace(start, v=start.v + 1e-3 * (cycle.basis @ np.ones(cycle.basis.shape[1]))[gait.robot.n_q :])
     phase = automaton.phase(automaton.restart(moved))
@@ -198,10 +208,9 @@ def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gaits):
 
 
 @pytest.mark.slow
-def test_noise_and_delay_act_on_a_law_by_the_stance_angle(gaits, rng):
-    gait = gaits["walk"]
-    law = by_phase_variable(gait, planar_lqr(gait))
-    disturbed = PlanarDisturbedGait(gait.robot, law, assess_planar(gait, law))
+def test_noise_and_delay_act_on_a_law_by_the_stance_angle(gaits, control, rng):
+    gait, (law, cycle) = gaits["walk"], control("walk")
+    disturbed = PlanarDisturbedGait(gait.robot, law, cycle)
     start, period = disturbed.start, disturbed.cycle.period
     ends = [
         walker.walk_step(start)

@@ -1,10 +1,12 @@
 """Feedback on optimised planar gaits: exact closed-loop multipliers, and walks that return to the gait."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from gaitopt import load
 from gaitopt.control import PlanarLaw, passive, planar_feedforward, planar_joint_pd, planar_step_to_step
 from gaitopt.control.planar_laws.law_slopes import law_slope
 from gaitopt.control.planar_laws.planar_feedback import select_actuators
@@ -18,6 +20,7 @@ from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.stability import assess_planar
 from gaitopt.stability.planar_gaits.planar_section import PlanarSection
 from gaitopt.tuning import planar_lqr, planar_step_lqr
+from tests.conftest import ROOT
 from tests.ocp.multicontact_examples import drag, hop, knee_strike, walk
 from tests.stability.difference_quotients import planar_differences
 
@@ -31,16 +34,34 @@ PROBLEMS = {
 }
 
 
+@functools.cache
+def control(name):
+    """Return the gait of a problem, its step-to-step feedback, and the periodic gait under this law."""
+    gait = solve_planar(PROBLEMS[name]())
+    law = planar_step_lqr(gait)
+    return gait, law, assess_planar(gait, law)
+
+
 @pytest.fixture(scope="module", params=PROBLEMS)
-def gait(request):
-    gait = solve_planar(PROBLEMS[request.param]())
+def controlled(request):
+    gait, law, cycle = control(request.param)
     assert verify_planar(gait).verification.passed
-    return gait
+    return gait, law, cycle
 
 
 @pytest.fixture(scope="module")
-def law(gait):
-    return planar_step_lqr(gait)
+def gait(controlled):
+    return controlled[0]
+
+
+@pytest.fixture(scope="module")
+def law(controlled):
+    return controlled[1]
+
+
+@pytest.fixture(scope="module")
+def cycle(controlled):
+    return controlled[2]
 
 
 STEPS = {"monopod": 1e-8}
@@ -76,25 +97,24 @@ def test_feedback_along_the_gait_respects_its_actuators_and_limits(gait):
 
 
 @pytest.mark.slow
-def test_step_to_step_feedback_stabilises_the_gait(gait, law):
-    cycle = assess_planar(gait, law)
+def test_step_to_step_feedback_stabilises_the_gait(gait, cycle):
     assert cycle.radius < 0.9
     assert cycle.period == pytest.approx(gait.period, abs=1e-6)
 
 
 @pytest.mark.slow
-def test_closed_loop_multipliers_agree_with_differences(gait, law):
-    for feedback in (planar_joint_pd(gait, stiffness=30, damping=3), law):
-        cycle = assess_planar(gait, feedback)
-        scale = max(1.0, np.max(np.abs(cycle.derivative)))
+def test_closed_loop_multipliers_agree_with_differences(gait, law, cycle):
+    joint_pd = planar_joint_pd(gait, stiffness=30, damping=3)
+    for feedback, closed in ((joint_pd, assess_planar(gait, joint_pd)), (law, cycle)):
+        scale = max(1.0, np.max(np.abs(closed.derivative)))
         step = STEPS.get(gait.robot.name, 1e-6)
-        found = planar_differences(gait.robot, cycle, feedback, step)
-        np.testing.assert_allclose(found, cycle.derivative, atol=1e-5 * scale)
+        found = planar_differences(gait.robot, closed, feedback, step)
+        np.testing.assert_allclose(found, closed.derivative, atol=1e-5 * scale)
 
 
 @pytest.mark.slow
-def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gait, law):
-    robot, cycle = gait.robot, assess_planar(gait, law)
+def test_a_perturbed_walk_returns_to_the_gait_over_exchanged_legs(gait, law, cycle):
+    robot = gait.robot
     y, n = np.array([*cycle.state.values()]), gait.robot.n_q
     section = first_section(gait, law, y)
     start = section.correct(y + cycle.basis @ np.full(cycle.basis.shape[1], 1e-4))
@@ -129,8 +149,7 @@ def landings(rollout, section, robot):
 @pytest.mark.slow
 def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
     """The hip is the centre of mass of the body: its angle and its rate do not return, so two multipliers are 1."""
-    gait = solve_planar(hop(clearance=1e-2))
-    cycle = assess_planar(gait)
+    cycle = assess_planar(control("monopod")[0])
     assert cycle.radius > 3
     assert np.sort(np.abs(cycle.multipliers - 1))[:2] == pytest.approx([0, 0], abs=1e-6)
 
@@ -138,9 +157,8 @@ def test_the_monopod_is_unstable_in_open_loop_and_its_body_turns_freely():
 @pytest.mark.slow
 def test_a_slip_that_stays_below_the_tolerance_ends_by_itself():
     """Just before lift-off the foot slips backward for an instant, and then forward, at less than 1e-9 m/s."""
-    gait = solve_planar(hop(clearance=1e-2))
-    law, n = planar_step_lqr(gait), gait.robot.n_q
-    cycle = assess_planar(gait, law)
+    gait, law, cycle = control("monopod")
+    n = gait.robot.n_q
     y = np.array([*cycle.state.values()])
     section = first_section(gait, law, y)
     for size in (1e-6, 3e-6):
@@ -187,7 +205,7 @@ def test_wrong_laws_are_rejected():
         PlanarLaw("nothing", "foot closes", ())
     with pytest.raises(InputError, match=r"gains of shape \(2, 10\), got \(10,\) and \(1, 10\)"):
         planar_step_to_step(robot, law, np.zeros(10), np.zeros((1, 10)), actuators=["hip"], windows=2, duration=0.4)
-    gait = solve_planar(hop(clearance=1e-2))
+    gait = load(ROOT / "docs" / "examples" / "heel_toe.h5")
     with pytest.raises(InputError, match="has no actuator 'knee'"):
         planar_joint_pd(gait, stiffness=1.0, actuators=["knee"])
     with pytest.raises(InputError, match="gait must be a PlanarGait"):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitopt.arguments import make_record
 from gaitopt.model.contacts.closed_contact import ClosedContact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.contacts.mode_selection import ModeChoice, select_modes
@@ -154,7 +155,8 @@ class ContactResolution:
             contact = robot.contacts[i]
             speed, infinite = float(parts.slip_speed[i]), np.isinf(self.friction[contact.name][1])
             rows.append(
-                ClosedContact(
+                make_record(
+                    ClosedContact,
                     contact.name,
                     parts.normal[i],
                     float(parts.normal_bias[i]),

@@ -118,10 +118,10 @@ class ReferenceEngine:
         shape, matrix = (n, n + n_l), np.eye(n + n_l)
 
         def rate(t: float, y: Array) -> Array:
-            slope, _ = phase.slope(t, y[:n])
+            rates, slope, _ = phase.linearise(t, y[:n])
             change = slope[:, :n] @ y[n:].reshape(shape)
             change[:, n:] += slope[:, n:]
-            return np.concatenate([phase.rates(t, y[:n])[:n], change.ravel()])
+            return np.concatenate([rates, change.ravel()])
 
         time, end = span
         y = np.concatenate([y[:n], np.eye(*shape).ravel()])

@@ -49,13 +49,23 @@ class PlanarPhase:
         self.n_q, self.n_z = robot.n_q, self.equations.system.size1_out(0)
         self.n_works = robot.n_u + len(robot.contacts) + 1
         self.source, self._torque = torque, torque.value
-        self._system_slope = FastCall(self.equations.system_slope, p)
-        self._guard_slope = FastCall(self.equations.guard_slope, p)
-        self._system = FastCall(self.equations.system, p)
-        self._outputs = FastCall(self.equations.outputs, p)
+        self._share_memory()
         self._constraints = FastCall(self.equations.constraints, p)
         self._mass = FastCall(robot.dynamics, p)
         self._samples = [FastCall(function, p) for function in (robot.energy, robot.force_powers, robot.figure)]
+
+    def _share_memory(self) -> None:
+        """Let the equations read (q, v, u, z) from one array: their evaluation takes less time than copies of it."""
+        n, n_u, equations = 2 * self.n_q, self.robot.n_u, self.equations
+        inputs = np.zeros(n + n_u + self.n_z)
+        self._state, self._held_torque, self._unknowns = inputs[:n], inputs[n : n + n_u], inputs[n + n_u :]
+        self._system = FastCall(equations.system, self.p, shared=inputs[: n + n_u])
+        self._outputs, self._system_slope, self._guard_slope = (
+            FastCall(function, self.p, shared=inputs)
+            for function in (equations.outputs, equations.system_slope, equations.guard_slope)
+        )
+        matrix, self._right = self._system.evaluate_separately()
+        self._matrix = matrix.reshape(self.n_z, self.n_z).T
 
     def torque(self, t: float, y: Array) -> Array:
         """Return the torque, shape (n_u,)."""
@@ -63,36 +73,43 @@ class PlanarPhase:
 
     def solve(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the torque u (n_u,) and the unknowns z (n_z,): accelerations and forces."""
-        n = self.n_q
+        u = self._form_system(t, y)
+        z = solve_linear(self._matrix, self._right)
+        self._unknowns[:] = z
+        return u, z
+
+    def _form_system(self, t: float, y: Array) -> Array:
+        """Store (q, v, u) and the linear system of the unknowns, and return the torque u (n_u,)."""
         u = self.torque(t, y)
-        matrix, right = self._system(y[:n], y[n : 2 * n], u)
-        return u, solve_linear(matrix.reshape(self.n_z, self.n_z).T, right)
+        self._state[:] = y[: 2 * self.n_q]
+        self._held_torque[:] = u
+        self._system.evaluate()
+        return u
 
     def is_regular(self, t: float, y: Array) -> bool:
         """Return whether the constraints are independent, so that accelerations and all forces are determined."""
-        n = self.n_q
-        matrix = self._system(y[:n], y[n : 2 * n], self.torque(t, y))[0].reshape(self.n_z, self.n_z)
-        return bool(np.linalg.cond(matrix) < LARGEST_CONDITION)
+        self._form_system(t, y)
+        return bool(np.linalg.cond(self._matrix.T) < LARGEST_CONDITION)
 
     def rates(self, t: float, y: Array) -> Array:
         """Return the rates of y = (q, v, works), shape (2 n_q + n_works,)."""
         n = self.n_q
-        u, z = self.solve(t, y)
-        powers = self._outputs(y[:n], y[n : 2 * n], u, z)[1]
+        _, z = self.solve(t, y)
+        powers = self._outputs.evaluate_separately()[1]
         return np.concatenate([y[n : 2 * n], z[:n], powers])
 
     def guards(self, t: float, y: Array) -> Array:
         """Return the guards, shape (n_g,)."""
-        u, z = self.solve(t, y)
-        return self._outputs(y[: self.n_q], y[self.n_q : 2 * self.n_q], u, z)[0].copy()
+        self.solve(t, y)
+        return self._outputs.evaluate_separately()[0].copy()
 
     def forces(self, t: float, y: Array) -> Array:
         """Return the force (f_t, f_n) of each contact, shape (n_c, 2) [N].
 
         The contacts of one sticking body share the tangential force in proportion to their normal forces.
         """
-        u, z = self.solve(t, y)
-        forces = self._outputs(y[: self.n_q], y[self.n_q : 2 * self.n_q], u, z)[2].reshape(-1, 2).copy()
+        self.solve(t, y)
+        forces = self._outputs.evaluate_separately()[2].reshape(-1, 2).copy()
         for members in self.equations.sticking:
             normal, tangential = forces[list(members), 1], forces[members[0], 0]
             total = normal.sum()
@@ -112,40 +129,46 @@ class PlanarPhase:
 
     def slope(self, t: float, y: Array) -> tuple[Array, Array]:
         """Return the derivatives of (v, a) with respect to (q, v, latched) and time, (2 n_q, 2 n_q + n_l), (2 n_q,)."""
+        _, by_state, by_time = self.linearise(t, y)
+        return by_state, by_time
+
+    def linearise(self, t: float, y: Array) -> tuple[Array, Array, Array]:
+        """Return (v, a), shape (2 n_q,), and its derivatives with respect to (q, v, latched) and time, as `slope`."""
         n = self.n_q
-        by_state, by_time, _, _ = self._derivatives(t, y)
-        rates = np.eye(n, by_state.shape[1], n)
-        return np.vstack([rates, by_state[:n]]), np.concatenate([np.zeros(n), by_time[:n]])
+        by_state, by_time, _ = self._derivatives(t, y)
+        slope, rates = np.zeros((2 * n, by_state.shape[1])), np.zeros(2 * n)
+        slope[np.arange(n), np.arange(n, 2 * n)] = 1.0
+        slope[n:], rates[n:] = by_state[:n], by_time[:n]
+        return np.concatenate([y[n : 2 * n], self._unknowns[:n]]), slope, rates
 
     def torque_effect(self, t: float, y: Array) -> Array:
         """Return the derivative of (v, a) with respect to the torque, shape (2 n_q, n_u)."""
         n = self.n_q
-        u, z = self.solve(t, y)
-        inputs = y[:n], y[n : 2 * n], u.copy(), z
-        by_u = self._system_slope(*inputs)[1].reshape(-1, self.n_z).T
-        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
-        return np.vstack([np.zeros((n, by_u.shape[1])), -solve_linear(matrix, by_u)[:n]])
+        self.solve(t, y)
+        by_u = self._system_slope.evaluate_separately()[1].reshape(-1, self.n_z).T
+        return np.vstack([np.zeros((n, by_u.shape[1])), -solve_linear(self._matrix, by_u)[:n]])
 
     def guard_slope(self, t: float, y: Array, guard: int) -> tuple[Array, float]:
         """Return the derivatives of a guard with respect to (q, v, latched), shape (2 n_q + n_l,), and time."""
         n_g = len(self.equations.guards)
-        by_state, by_time, torque, inputs = self._derivatives(t, y)
-        slopes = self._guard_slope(*inputs)
+        by_state, by_time, torque = self._derivatives(t, y)
+        slopes = self._guard_slope.evaluate_separately()
         by_y, by_u, by_z = (part.reshape(-1, n_g)[:, guard] for part in slopes)
         direct = np.concatenate([by_y + torque.by_state.T @ by_u, torque.by_latched.T @ by_u])
         return direct + by_state.T @ by_z, float(torque.by_time @ by_u + by_time @ by_z)
 
-    def _derivatives(self, t: float, y: Array) -> tuple[Array, Array, TorqueSlope, tuple[Array, Array, Array, Array]]:
-        """Return the derivatives of z with respect to (q, v, latched) and time, those of the torque, (q, v, u, z)."""
+    def _derivatives(self, t: float, y: Array) -> tuple[Array, Array, TorqueSlope]:
+        """Return the derivatives of z with respect to (q, v, latched) and time, and those of the torque."""
         n = self.n_q
-        u, z = self.solve(t, y)
-        inputs = y[:n], y[n : 2 * n], u.copy(), z
-        by_y, by_u = (part.reshape(-1, self.n_z).T for part in self._system_slope(*inputs))
-        matrix = self._system(*inputs[:3])[0].reshape(self.n_z, self.n_z).T
+        self.solve(t, y)
+        by_y, by_u = (part.reshape(-1, self.n_z).T for part in self._system_slope.evaluate_separately())
         torque = self.source.slope(t, y[:n], y[n : 2 * n])
-        right = np.column_stack([by_y + by_u @ torque.by_state, by_u @ torque.by_latched, by_u @ torque.by_time])
-        solution = -solve_linear(matrix, right)
-        return solution[:, :-1], solution[:, -1], torque, inputs
+        right = np.empty((self.n_z, 2 * n + len(torque.by_latched.T) + 1))
+        right[:, : 2 * n] = by_y + by_u @ torque.by_state
+        right[:, 2 * n : -1] = by_u @ torque.by_latched
+        right[:, -1] = by_u @ torque.by_time
+        solution = -solve_linear(self._matrix, right)
+        return solution[:, :-1], solution[:, -1], torque
 
     def sample(self, y: Array) -> tuple[tuple[float, float, float], Array]:
         """Return kinetic, potential and elastic energy [J], and the points of figures, shape (2, n_points) [m]."""
