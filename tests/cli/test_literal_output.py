@@ -420,7 +420,7 @@ def test_tables_have_units_to_show(capsys, monkeypatch):
     for name in ("print_cycles", "print_walk", "_print_costs", "print_ranking", "print_comparison"):
         TABLES[name]()
     units = set(UNIT.findall(capsys.readouterr().out))
-    assert {"[m/s]", "[m]", "[s]", "[ms]", "[rad]", "[J]", "[J/m]", "[N m]"} <= units
+    assert {"[m/s]", "[m]", "[s]", "[ms]", "[deg]", "[J]", "[J/m]", "[N m]"} <= units
 
 
 def test_a_sweep_shows_its_objective_with_its_unit_and_the_points_without_a_gait(capsys):

@@ -16,6 +16,7 @@ from gaitopt.ocp.transcription.transcription import transcribe
 def renamed(monkeypatch):
     """Rename every label, of quantities and of places, to one and the same text."""
     monkeypatch.setattr(Key, "label", "something")
+    monkeypatch.setattr("gaitopt.ocp.nlp.layout.label", lambda key, identifier: "something")
     monkeypatch.setattr(Place, "label", "somewhere")
     transcribe.cache_clear()
     yield
