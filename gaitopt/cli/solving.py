@@ -116,7 +116,8 @@ def solve(
             gait, interrupted = _verify_and_certify(gait, display)
         elif not interrupted:
             gait, interrupted = _try_remedies(problem, gait, observer, display)
-    failure = None if repeated or interrupted or gait.status.ok else path.with_name(f"{path.stem}_failed.h5")
+    ended = repeated or gait.status is Status.INTERRUPTED or gait.status.ok
+    failure = None if ended else path.with_name(f"{path.stem}_failed.h5")
     interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
     if interrupted:
         sys.exit(INTERRUPTED)  # the results are in the table already
