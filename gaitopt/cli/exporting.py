@@ -86,19 +86,23 @@ def plot(
     path = output or Path("comparison.png" if others else f"{file.resolve().stem}.png")
     check_writable(path)
     if path.suffix.lower() == PAGE:
-        if others:
-            raise InputError(f"A page (.html) contains one diagram, got {len(files)} files.")
-        from gaitopt.cli.diagram_page import write_page_of_file
-
-        with show_progress("writing the page", hidden=json):
-            written = write_page_of_file(file, path, problem, coordinate=quantity)
-        report_file(written, json=json)
+        report_file(_write_page(files, path, problem, quantity, hidden=json), json=json)
         return
     if problem is not None:
         raise InputError(f"--problem is accepted for the page of a diagram (.html) only, got -o {path}.")
     result = _load_push_tests(files) if others else load_result(file)
     style = FigureStyle(width=width, font_size=font_size, titled=title)
     report_file(save_figure(plot_result(result, quantity=quantity, style=style), path), json=json)
+
+
+def _write_page(files: list[Path], path: Path, problem: Path | None, coordinate: str | None, *, hidden: bool) -> Path:
+    """Write the page of the diagram in a file, and return its path; InputError for several files."""
+    from gaitopt.cli.diagram_page import write_page_of_file
+
+    if len(files) > 1:
+        raise InputError(f"A page (.html) contains one diagram, got {len(files)} files.")
+    with show_progress("writing the page", hidden=hidden):
+        return write_page_of_file(files[0], path, problem, coordinate=coordinate)
 
 
 def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":

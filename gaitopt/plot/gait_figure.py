@@ -8,15 +8,14 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import find_nominal_friction, judge_robust_plan, name_objective
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion_view import MotionView
 from gaitopt.motion.planar_gait import AnyGait, check_any_gait
-from gaitopt.motion.quantity_labels import show_unit
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
+from gaitopt.plot.gait_title import TITLE_LINES, describe_gait
 from gaitopt.plot.impulse_marks import widen_legend_space
-from gaitopt.plot.legends import NO_BREAK, add_page_legend, shorten_sequence, wrap_lines, wrap_text
+from gaitopt.plot.legends import add_page_legend, wrap_lines
 from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
@@ -36,9 +35,9 @@ NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 6.5, 5, 3
 TICK_STEPS = [1, 1.5, 2, 3, 4, 6, 8, 10]
 """Distances of ticks of which one always gives three ticks in a symmetric range of a column."""
 
-KEY_LETTERS, TITLE_LETTERS, TITLE_LINES, LINE_HEIGHT = 18, 12.5, 3, 0.18
-"""Characters in a line of the legend beside a panel, and per inch of the title; number of lines that fit in the title,
-and height of each further line [inch]."""
+KEY_LETTERS, TITLE_LETTERS, LINE_HEIGHT = 18, 12.5, 0.18
+"""Characters in a line of the legend beside a panel, and per inch of the title; height of each further line of the
+title [inch]."""
 
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
@@ -122,7 +121,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     if is_drawable(gait.motion):
         view = view_motion(gait.motion, gait.problem.get("torque_limit"))
     style = style or FigureStyle()
-    text = _describe(gait, title, int(TITLE_LETTERS * style.width))
+    text = describe_gait(gait, title, int(TITLE_LETTERS * style.width))
     return _draw_figure(view, text, style, None if gait.status.ok else gait)
 
 
@@ -199,80 +198,6 @@ def _total_height(view: MotionView | None, style: FigureStyle) -> float:
     """Return the height of a figure without its warning [inch]; that of a column follows from its stick figures."""
     more = max(len(choose_rows(view)) - MOST_PANELS, 0) if view else 0
     return NARROW_HEIGHT if style.width < NARROW else HEIGHT + more * EXTRA_ROW
-
-
-def _describe(gait: AnyGait, title: str | None, letters: int) -> str:
-    """Return the title in three lines: name, contact sequence, and as many of the main numbers as fit in a line."""
-    name = gait.problem.get("name", "gait")
-    first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
-    lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
-    facts = _list_facts(gait)
-    while len(", ".join(facts)) > letters and len(facts) > 1:
-        facts.pop()
-    texts = _describe_sequence(gait)
-    second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
-    return f"{first}\n{second}\n{', '.join(facts)}"
-
-
-def _list_facts(gait: AnyGait) -> list[str]:
-    """Return the main numbers of a gait, the minimised objective first."""
-    objective, friction = gait.problem["objective"], gait.motion.parameters["friction"]
-    facts = [
-        f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
-        f"speed {_number(gait, 'speed', '.3g')} m/s",
-        f"step length {_number(gait, 'step_length', '.4g')} m",
-        rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
-    ]
-    if (nominal := find_nominal_friction(gait)) != friction:
-        # Before the facts that a narrow title omits.
-        facts[1:] = [
-            rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
-            *facts[1:-1],
-        ]
-    if objective != "cost_of_transport":
-        unit = gait.problem.get("objective_unit") or "1"
-        value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
-        facts.insert(0, f"{name_objective(objective)} {value}")
-    return facts
-
-
-def _describe_sequence(gait: AnyGait) -> list[str]:
-    """Return texts on the contact sequence, the slope, the replay and the robustness, the complete one first.
-
-    All state whether a robust plan survives its scenarios: a replay that passes would appear to answer that.
-    """
-    slope = np.rad2deg(gait.motion.parameters["slope"])
-    where = f" on a slope of {abs(slope):.3g}\N{DEGREE SIGN} {'downhill' if slope > 0 else 'uphill'}" if slope else ""
-    verdict = judge_robust_plan(gait.problem).replace(" ", NO_BREAK)
-    full = short = "not replayed" if gait.status.ok else ""
-    if gait.status.ok and gait.verification is not None:
-        full, short = "verified by replay", "verified"
-    replay, brief = (_join_notes(text.replace(" ", NO_BREAK), verdict) for text in (full, short))
-    sequence, *shorter = shorten_sequence(str(gait.sequence))
-    notes = [(sequence, where + replay), (sequence, where + brief), (sequence, replay), (sequence, brief)]
-    pairs = [*notes, *((text, brief) for text in shorter)]
-    # A mark at the end of a sequence would belong to the text that follows.
-    return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
-
-
-def _join_notes(*notes: str) -> str:
-    """Return notes in brackets, without those that are empty.
-
-    Examples
-    --------
-    >>> _join_notes("verified", "robust"), _join_notes("", "")
-    (' (verified, robust)', '')
-    """
-    stated = ", ".join(note for note in notes if note)
-    return f" ({stated})" if stated else ""
-
-
-def _number(gait: AnyGait, name: str, form: str) -> str:
-    """Return a number of a gait as text; it may be undefined for the last iterate of a failed solve."""
-    try:
-        return format(getattr(gait, name), form)
-    except ZeroDivisionError:
-        return "nan"
 
 
 def _describe_failure(gait: AnyGait | None, width: float) -> str:

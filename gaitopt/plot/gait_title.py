@@ -1,0 +1,102 @@
+"""The title of the figure of a gait."""
+
+import numpy as np
+
+from gaitopt.motion.gait_table import find_nominal_friction, judge_robust_plan, name_objective
+from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.quantity_labels import show_unit
+from gaitopt.plot.legends import NO_BREAK, shorten_sequence, wrap_lines, wrap_text
+
+TITLE_LINES = 3
+"""Number of lines that fit in the title."""
+
+
+def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
+    """Return the title in three lines: name, contact sequence, and as many of the main numbers as fit in a line.
+
+    Parameters
+    ----------
+    gait : Gait or PlanarGait
+    title : str or None
+        Text instead of the name of the gait.
+    letters : int
+        Number of characters in a line.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> print(describe_gait(load("docs/examples/compass_slip.h5"), None, 60).replace("\N{NO-BREAK SPACE}", " "))
+    compass biped, slipping impact
+    slip+ stick | slip+ (verified by replay)
+    cost of transport 0.01585, speed 0.633 m/s
+    """
+    name = gait.problem.get("name", "gait")
+    first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
+    lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
+    facts = _list_facts(gait)
+    while len(", ".join(facts)) > letters and len(facts) > 1:
+        facts.pop()
+    texts = _describe_sequence(gait)
+    second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
+    return f"{first}\n{second}\n{', '.join(facts)}"
+
+
+def _list_facts(gait: AnyGait) -> list[str]:
+    """Return the main numbers of a gait, the minimised objective first."""
+    objective, friction = gait.problem["objective"], gait.motion.parameters["friction"]
+    facts = [
+        f"cost of transport {_number(gait, 'cost_of_transport', '.4g')}",
+        f"speed {_number(gait, 'speed', '.3g')} m/s",
+        f"step length {_number(gait, 'step_length', '.4g')} m",
+        rf"friction $\mu$ = {friction:g}" if np.isfinite(friction) else "infinite friction",
+    ]
+    if (nominal := find_nominal_friction(gait)) != friction:
+        # Before the facts that a narrow title omits.
+        facts[1:] = [
+            rf"planned for the lowest friction $\mu$ = {friction:g}, nominal $\mu$ = {nominal:g}",
+            *facts[1:-1],
+        ]
+    if objective != "cost_of_transport":
+        unit = gait.problem.get("objective_unit") or "1"
+        value = f"{gait.solver.objective:.4g} {'' if unit == '1' else show_unit(unit)}".rstrip()
+        facts.insert(0, f"{name_objective(objective)} {value}")
+    return facts
+
+
+def _describe_sequence(gait: AnyGait) -> list[str]:
+    """Return texts on the contact sequence, the slope, the replay and the robustness, the complete one first.
+
+    All state whether a robust plan survives its scenarios: a replay that passes would appear to answer that.
+    """
+    slope = np.rad2deg(gait.motion.parameters["slope"])
+    where = f" on a slope of {abs(slope):.3g}\N{DEGREE SIGN} {'downhill' if slope > 0 else 'uphill'}" if slope else ""
+    verdict = judge_robust_plan(gait.problem).replace(" ", NO_BREAK)
+    full = short = "not replayed" if gait.status.ok else ""
+    if gait.status.ok and gait.verification is not None:
+        full, short = "verified by replay", "verified"
+    replay, brief = (_join_notes(text.replace(" ", NO_BREAK), verdict) for text in (full, short))
+    sequence, *shorter = shorten_sequence(str(gait.sequence))
+    notes = [(sequence, where + replay), (sequence, where + brief), (sequence, replay), (sequence, brief)]
+    pairs = [*notes, *((text, brief) for text in shorter)]
+    # A mark at the end of a sequence would belong to the text that follows.
+    return [f"'{text}'{note}" if note and text.endswith(("|", ">")) else f"{text}{note}" for text, note in pairs]
+
+
+def _join_notes(*notes: str) -> str:
+    """Return notes in brackets, without those that are empty.
+
+    Examples
+    --------
+    >>> _join_notes("verified", "robust"), _join_notes("", "")
+    (' (verified, robust)', '')
+    """
+    stated = ", ".join(note for note in notes if note)
+    return f" ({stated})" if stated else ""
+
+
+def _number(gait: AnyGait, name: str, form: str) -> str:
+    """Return a number of a gait as text; it may be undefined for the last iterate of a failed solve."""
+    try:
+        return format(getattr(gait, name), form)
+    except ZeroDivisionError:
+        return "nan"
