@@ -68,16 +68,17 @@ CHAINS = """## Many links
 
 The walker of this section is a chain of links: a torso and two legs of equal links (absolute angles, one foot on the
 ground, `PlanarProblem` with [lifted equations](concepts/optimisation.md)). The first table below lists, for several
-numbers of links, the time per iteration from the initial guess to the optimum or, near an optimum, from that at 0.7
-m/s to those at four other speeds (minimum of all rounds), the number of nonzeros of the linear system of an iteration
-(Hessian, Jacobian and diagonal), and the number of operations of its factorisation. The nonzeros grow linearly. The
-number of operations of one factorisation (L D Lᵀ with a minimum-degree ordering, counted from the pattern) grows
-faster than quadratically on both grids, because dense blocks contain unknowns of all links at a few nodes. A minimum
-cut of the graph of the system shows why: at 21 links, 135 unknowns and Lagrange multipliers separate one half of the
-step from the other on both grids, about three per link at each of two instants, whereas 171 on 4 intervals and 467 on
-12 separate the lower halves of both legs from the rest. Cuts between links are smaller only above about 27 links on 4
-intervals and 70 links on 12. On 12 intervals, the number of operations with nested dissection by METIS differs by at
-most 30 % from that in the table.
+numbers of links, the time per iteration, the number of nonzeros of the linear system of an iteration (Hessian,
+Jacobian and diagonal), and the number of operations of its factorisation. The time is the minimum over all rounds; it
+refers to the solve from the initial guess and, in the row "near an optimum", to solves at four other speeds that
+start from the optimum at 0.7 m/s. The number of nonzeros grows linearly. The number of operations of one
+factorisation (L D Lᵀ with a minimum-degree ordering, counted from the pattern) grows faster than quadratically on
+both grids, because dense blocks contain unknowns of all links at a few nodes. A minimum cut of the graph of the system
+shows why: at 21 links, 135 unknowns and Lagrange multipliers separate one half of the step from the other on both
+grids, about three per link at each of two instants, whereas 171 on 4 intervals and 467 on 12 separate the lower halves
+of both legs from the rest. Cuts between links are smaller only above about 27 links on 4 intervals and 70 links on 12.
+On 12 intervals, the number of operations with nested dissection by METIS differs by at most 30 % from that in the
+table.
 
 The time grows more slowly than the number of operations, because MUMPS adds zeros to the small fronts of a short chain
 and processes larger ones at a higher rate. From 5 to 21 links, measured once while other programs ran, the time of

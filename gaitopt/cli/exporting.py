@@ -70,8 +70,8 @@ def plot(
     """Draw a result of any kind: gait, search, sweep, front, basin, branches, tuned gains or push test.
 
     The figure is written to FILE.png unless --output names another file.  For a diagram of periodic gaits, a file that
-    ends in .html is a page on which a click on a point plays its gait.  Several files must be push tests, which are
-    compared in one figure, comparison.png; 'gaitopt compare' does the same for gaits.
+    ends in .html is a page on which a click on a point plays its gait.  Several files must all contain push tests; they
+    are compared in one figure, comparison.png.  'gaitopt compare' compares gaits.
 
     Example: gaitopt plot compass_slip.h5 -o slip.pdf --width 3.5 --no-title
     """
@@ -100,13 +100,13 @@ def _write_page(files: list[Path], path: Path, problem: Path | None, coordinate:
     from gaitopt.cli.diagram_page import write_page_of_file
 
     if len(files) > 1:
-        raise InputError(f"A page (.html) contains one diagram, got {len(files)} files.")
+        raise InputError(f"A page (.html) shows a single diagram, got {len(files)} files.")
     with show_progress("writing the page", hidden=hidden):
         return write_page_of_file(files[0], path, problem, coordinate=coordinate)
 
 
 def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":
-    """Return the push tests of several files by the names of the files; no other results can share a figure."""
+    """Return the push tests of several files by the names of the files; other results are rejected."""
     from gaitopt.study.result_file import load_result
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
@@ -115,8 +115,8 @@ def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":
         record = load_result(file)
         if not isinstance(record, RobustnessRecord):
             raise InputError(
-                f"Only push tests share a figure, and {file} is another result; plot each of the {len(files)} files "
-                "separately, or overlay gaits with 'gaitopt compare'."
+                f"Several files must all contain push tests, and {file} contains another result: plot each of the "
+                f"{len(files)} files separately, or overlay gaits with 'gaitopt compare'."
             )
         records[label] = record
     return records

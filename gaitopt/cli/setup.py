@@ -76,7 +76,7 @@ def new(
         source = script_of_robot(robot)
     name = name if name is not None else robot or source
     if name is None:
-        raise InputError("The name of the script is missing, such as 'gaitopt new my_walker'.")
+        raise InputError("The name of the script is missing: state it, as in 'gaitopt new my_walker'.")
     path = Path(name if name.endswith(".py") else f"{name}.py")
     if path.name.startswith("."):
         raise InputError(f"The name of a script must not be empty or begin with a dot, got {name!r}.")

@@ -204,7 +204,7 @@ def _try_remedies(
 
     if not (isinstance(problem, PlanarProblem) and isinstance(gait, PlanarGait) and gait.status in FAILURES):
         return gait, False
-    display.describe("no gait was found; solving with other limits")
+    display.describe("no gait was found; testing remedies")
     try:
         return try_remedies(problem, gait, observer), False
     except KeyboardInterrupt:

@@ -99,13 +99,13 @@ def describe_search_duration(seconds: float, evaluations: int) -> str:
     Examples
     --------
     >>> describe_search_duration(20, 129)
-    'search: the first evaluation took 20 s, so that all evaluations take about 43 min; smaller --samples and \
---evaluations shorten the search, and Ctrl-C ends it and keeps the best gains'
+    'search: the first evaluation took 20 s, so that all evaluations take about 43 min; smaller values of \
+--samples and --evaluations shorten the search, and Ctrl-C ends it and keeps the best gains'
     """
     return (
         f"search: the first evaluation took {seconds:.2g} s, so that all evaluations take about "
-        f"{_show_duration(seconds * evaluations)}; smaller --samples and --evaluations shorten the search, and Ctrl-C "
-        "ends it and keeps the best gains"
+        f"{_show_duration(seconds * evaluations)}; smaller values of --samples and --evaluations shorten the search, "
+        "and Ctrl-C ends it and keeps the best gains"
     )
 
 

@@ -112,12 +112,12 @@ class RobustPlan:
         larger = float(f"{2 * walk.distance:.0e}")
         if larger > LARGEST_TOLERANCE:
             laws = ", ".join(name for name in FAMILIES if name != self.law.name)
-            gains = "tune its gains with more evaluations (search=), " if self.gains else ""
+            gains = "more evaluations to tune its gains (search=), " if self.gains else ""
             return (
                 "The walk is too far from the plan to have returned to a nearby gait: the law "
-                f"{self.law.name} does not maintain the gait in this scenario. Choose another law (law=), such as "
-                f"{laws}, {gains}or increase torque_limit=; a tolerance that accepts this walk would not show that the "
-                "gait is maintained."
+                f"{self.law.name} does not stabilise the gait in this scenario. Remedies: {gains}a larger "
+                f"torque_limit=, or another law (law=), such as {laws}. A tolerance that accepts this walk would not "
+                "show that the gait is stabilised."
             )
         kind = "slipping gait" if slips else "gait"
         return (

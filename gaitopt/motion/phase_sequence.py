@@ -352,9 +352,9 @@ def _advise_impact(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -
     is_last = number == len(sequence.phases) - 1
     if is_last and robot.mirror is None:
         return (
-            f"Robot {robot.name!r} has no mirror, so that the first phase follows with the same leg: if the other leg "
-            "lands, state mirror={...} of assemble_planar, or the phases of both legs. Write '>' for an event without "
-            "impact."
+            f"Robot {robot.name!r} has no mirror, so the legs are not exchanged before the first phase follows again: "
+            "if the other leg lands, state mirror={...} of assemble_planar, or the phases of both legs. Write '>' for "
+            "an event without impact."
         )
-    following = "the first phase, in which the legs exchange their names," if is_last else f"phase {number + 2}"
+    following = "the first phase, before which the legs are exchanged," if is_last else f"phase {number + 2}"
     return f"Add the contact that closes to {following}, or write '>' for an event without impact."

@@ -102,13 +102,13 @@ def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
     sequence = _exchange_contacts(problem)
     if sequence is not None and is_solved(problem.replace(sequence=sequence)):
         yield (
-            f"With the contacts of each foot exchanged, sequence='{sequence}', a verified gait was found: state this "
-            "sequence if it is the intended one, or check the positions of the contacts."
+            f"A verified gait was found with the contacts of each foot exchanged, sequence='{sequence}': state this "
+            "sequence if it is the intended one; otherwise check the positions of the contacts."
         )
     if problem.slope < 0 and "slope" not in problem.free:
         opposite = problem.replace(slope=-problem.slope)
         if is_solved(opposite):
-            yield f"Downhill, with slope={opposite.slope:.4g}, a verified gait was found."
+            yield f"A verified gait was found on the opposite, downhill slope, slope={opposite.slope:.4g}."
 
 
 def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:

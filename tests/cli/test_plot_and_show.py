@@ -77,9 +77,9 @@ def test_push_tests_of_two_laws_share_a_figure(command, folder, root, record, mo
     assert labels[:2] == ["push: largest survived", "second: largest survived"]
     gait = root / "docs/examples/compass_slip.h5"
     for arguments, message in [
-        (("push.json", gait), f"{gait} is another result; plot each of the 2 files separately.*'gaitopt compare'"),
+        (("push.json", gait), f"{gait} contains another result: plot each of the 2 files .*'gaitopt compare'"),
         (("push.json", "push.json"), "files must be different"),
-        (("push.json", "second.json", "-o", "x.html"), "contains one diagram, got 2 files"),
+        (("push.json", "second.json", "-o", "x.html"), "shows a single diagram, got 2 files"),
         (("push.json", "second.json", "--quantity", "speed"), "only sweeps and diagrams of periodic gaits"),
     ]:
         done = command("plot", *arguments)

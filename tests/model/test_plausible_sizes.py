@@ -32,7 +32,7 @@ def test_robots_of_the_catalogue_are_plausible(name):
     [
         (Build(heel=-4.0, toe=8.0), "the distance of 12 m between contacts 'heel a' and 'toe a' .* cm, state 0.12 m."),
         (Build(heel=-0.05, toe=5.0), "the distance of 5.05 m between .* the centre of mass is .* cm, state 0.0505 m."),
-        (Build(heel=0.05, toe=-0.09), "contact 'toe a' behind 'heel a', .* check the direction from heel to toe, .*"),
+        (Build(heel=0.05, toe=-0.09), "contact 'toe a' is behind 'heel a' and .* the direction from heel to toe, .*"),
         (
             Build(leg_length=-1.0, leg_com=-0.5),
             r"in poses with small angles, all feet \(heel a, .*\) are above the centre of mass: check the direction .*",
@@ -56,7 +56,7 @@ def test_a_long_foot_is_a_warning_of_a_solve():
 def test_feet_that_are_armed_behind_the_other_leg_are_reported():
     assert check_planar(make_biped(), states=2).remarks == ()
     (remark,) = check_planar(make_biped(armed=-1), states=2).remarks
-    assert "`armed` is positive only where the contact is behind that of the other leg ('foot a', 'foot b')" in remark
+    assert "`armed` of 'foot a', 'foot b' is positive only where the contact is behind that of the other leg" in remark
 
 
 def test_negative_gravity_is_reported():

@@ -42,7 +42,7 @@ def measure_mirror_errors(
     gaps, slides = evaluate(robot.gaps, q, p)
     expected = {
         "mass matrix": coordinates @ mass @ coordinates.T,
-        "forces": coordinates @ bias,
+        "bias forces": coordinates @ bias,
         "actuation": coordinates @ actuation @ mirror.actuators.T,
         "gaps": gaps[place],
         "slide coordinates": slides[place],
@@ -69,12 +69,12 @@ def describe_mirror_fault(robot: PlanarRobot, q: Vector, v: Vector, p: Vector, c
     >>> from gaitopt.model.robots.kneed_walker import kneed_walker
     >>> robot, rest = kneed_walker(), np.zeros(6)
     >>> describe_mirror_fault(robot, rest, rest, robot.vector(robot.resolve({})), 0.1).partition(" (")[0]
-    'the mirror changes nothing in this state'
+    'the mirror must not change the equations, but changes them in some states'
     """
     mirror = robot.mirror
     errors = measure_mirror_errors(robot, mirror, q, v, p)
-    changed = ", ".join(name for name, error in errors.items() if not error < EXACT) or "nothing in this state"
-    sentence = f"the mirror changes {changed} (relative change {change:.3g})"
+    changed = ", ".join(name for name, error in errors.items() if not error < EXACT) or "them in some states"
+    sentence = f"the mirror must not change the equations, but changes {changed} (relative change {change:.3g})"
     if mirror is None:
         return f"{sentence}."
     correct = _find_mirror(robot, mirror, [(q, v), (0.9 * q[::-1] + 0.05, v[::-1])], p)
@@ -83,8 +83,9 @@ def describe_mirror_fault(robot: PlanarRobot, q: Vector, v: Vector, p: Vector, c
         entries = ", ".join(f"{name!r}: {partner!r}" for name, partner in _list_entries(robot, correct).items())
         return f"{sentence}.{misfit} The check passes with mirror={{{entries}}}."
     return (
-        f"{sentence}; name every coordinate, contact and actuator whose place or sign is exchanged.{misfit} Exchanges "
-        "of other coordinates do not pass either: compare masses, lengths, directions and actuators of both legs."
+        f"{sentence}. It must contain every coordinate, contact and actuator that is exchanged or changes its sign."
+        f"{misfit} No other tested exchange of coordinates passes either: compare masses, lengths, directions and "
+        "actuators of the two legs."
     )
 
 
@@ -240,7 +241,7 @@ def _find_unfit_actuators(robot: PlanarRobot, mirror: Mirror, q: Vector, v: Vect
             reversed_sign = np.max(np.abs(one + other), initial=0.0) < EXACT * (1 + np.max(np.abs(one), initial=0.0))
             missing = ", which is missing from the mirror" if mirror.actuators[number, number] == 1 else ""
             hints.append(
-                f"actuator {name!r}" + (", whose sign is reversed in the mirror" if reversed_sign else missing)
+                f"actuator {name!r}" + (", whose sign in the mirror must be reversed" if reversed_sign else missing)
             )
     return hints
 

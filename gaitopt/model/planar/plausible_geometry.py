@@ -50,7 +50,7 @@ def report_implausible_geometry(robot: PlanarRobot, values: Mapping[str, float])
         names = ", ".join(robot.contact_names[i] for i in feet)
         return (
             f"Robot {robot.name!r}: in poses with small angles, all feet ({names}) are above the centre of mass: check "
-            "the direction from hip to foot, such as (sin(angle), -cos(angle)), or its sign; y points up.",
+            "the direction from hip to foot and its sign, such as (sin(angle), -cos(angle)); y points upwards.",
         )
     pairs = list(_list_pairs(robot, feet))
     return (
@@ -126,10 +126,10 @@ def _report_reversed_feet(
     for pair in pairs:
         heels, toes = ([i for i in pair if word in names[i].lower()] for word in ("heel", "toe"))
         if len(heels) == len(toes) == 1 and np.all(slides[toes[0]] < slides[heels[0]] - CLEAR):
-            reversed_feet.append(f"{names[toes[0]]!r} behind {names[heels[0]]!r}")
+            reversed_feet.append(f"contact {names[toes[0]]!r} is behind {names[heels[0]]!r}")
     if reversed_feet:
         yield (
-            f"Robot {robot.name!r}: contact {', '.join(reversed_feet)}, but the robot walks in the direction of x: "
+            f"Robot {robot.name!r}: {' and '.join(reversed_feet)}, but the robot walks in the direction of x: "
             "check the direction from heel to toe, such as (cos(angle), sin(angle)), and the signs of the distances."
         )
 
@@ -141,8 +141,9 @@ def _report_reversed_arming(
     names = ", ".join(repr(robot.contact_names[i]) for i in _find_reversed_arming(robot, q, slides, p))
     if names:
         yield (
-            f"Robot {robot.name!r}: the expression `armed` is positive only where the contact is behind that of the "
-            f"other leg ({names}), but a foot lands in front, in the direction of x: check the sign of the expression."
+            f"Robot {robot.name!r}: the expression `armed` of {names} is positive only where the contact is behind "
+            "that of the other leg, but a foot lands ahead of the other one, in the direction of x: check the sign of "
+            "the expression."
         )
 
 

@@ -186,13 +186,13 @@ def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -
         return ()
     rule = (
         "A contact may close only where the expression `armed` of its definition is positive, for a foot where its leg "
-        "is ahead of the other one: "
+        "is ahead of the other one"
     )
     robot = problem.robot
     names = [contact.name for contact in robot.contacts if contact.conditional]
     if any(is_armed_behind(robot, name, problem.values) for name in names):
-        return (f"{rule}check the sign of the expression.",)
-    return (f"{rule}the sign of the expression seems right, and relaxing the condition is no remedy.",)
+        return (f"{rule}: check the sign of the expression.",)
+    return (f"{rule}. Its sign seems correct, so relaxing the condition is not a remedy.",)
 
 
 def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
@@ -200,7 +200,8 @@ def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tu
     sufficient = (each for each in conflicts if each.separable and math.isfinite(each.sufficient))
     if any(each.verified is not False for each in sufficient):
         return ()
-    uphill = f" slope = {problem.slope:.4g} rad is uphill; a positive slope is downhill." if problem.slope < 0 else ""
+    slope = f" The slope of {problem.slope:.4g} rad is uphill; a positive slope is downhill."
+    uphill = slope if problem.slope < 0 else ""
     return (
         f"No change of a single limit is known to suffice: the contact sequence '{problem.sequence}' itself may be "
         "impossible for this robot. Check the order in which the contacts close, such as heel before toe, and try "

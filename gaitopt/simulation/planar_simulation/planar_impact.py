@@ -71,8 +71,8 @@ def solve_planar_impact(robot: PlanarRobot, q: Array, v: Array, parameters: Mapp
         gaps = ", ".join(f"{c.name} {g:.3g}" for c, g in zip(robot.contacts, kinematics.gap, strict=True))
         raise InputError(
             f"No contact is closed or closing (zero gap, not separating) in this state; gaps [m or rad]: {gaps}. "
-            "State a pose in which a contact reaches the ground, such as place_planar(robot, coordinates, rates, "
-            "parameters, on=[contact])."
+            "State a pose in which a contact touches the ground, such as that of place_planar(robot, coordinates, "
+            "rates, parameters, on=[contact])."
         )
     latched = frozenset(
         i for i in touching if robot.contacts[i].latched and abs(kinematics.normal_speed[i]) <= SEPARATION
