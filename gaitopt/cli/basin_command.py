@@ -94,9 +94,9 @@ def basin(
     For a robot with several contacts, a start is completed from the gait of the file or of the script: coordinates and
     rates that are not stated differ from those of the gait as little as possible while its feet stand on the ground.
 
-    For a diagram of 'gaitopt trace -o FILE.nc', the walks start from a ball around the gaits of one branch at the given
-    values of its parameter.  For each gait, the smallest push after which the walker does not return to it (fatal
-    push) is reported.
+    For a diagram of 'gaitopt trace -o FILE.nc', the walks start from states in a ball around each gait of one branch
+    at the given values of its parameter.  For each gait, the smallest push after which the walker does not return to
+    it (fatal push) is reported.
 
     The command may be interrupted: with an output file, the same command resumes the computation; for a diagram, it
     begins again.

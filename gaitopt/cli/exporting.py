@@ -11,7 +11,6 @@ from gaitopt.cli.options import (
     FontSize,
     GainValues,
     GaitFile,
-    GaitFiles,
     Json,
     LawName,
     Quiet,
@@ -154,7 +153,10 @@ def animate(
 
 
 def report(
-    files: GaitFiles,
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Gait files written by 'solve' or 'search', or scripts of walks."),
+    ],
     output: Annotated[
         Path | None,
         typer.Option(

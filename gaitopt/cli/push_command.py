@@ -71,13 +71,13 @@ def push(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find the largest push, slope, loss of friction, torque noise and sensor delay that a gait survives under a law.
+    """Find the largest push, change of slope, loss of friction, noise and delay that a gait survives under a law.
 
     After a touchdown, a push changes the state in a random direction; a size is survived if the walker returns to the
-    gait after all random pushes of at most this size.  The slope is a change relative to that of the gait, for all
-    steps.  The loss of friction, called friction patch in the results, lasts for the first five steps of the walk;
-    --patch of 'gaitopt simulate' states the friction itself instead.  The noise is the standard deviation of a
-    random torque on each actuator, and the delay is the age of the state that the law receives.
+    gait after all random pushes of at most this size.  The change of slope lasts for all steps.  The loss of friction,
+    called friction patch in the results, lasts for the first five steps of the walk; --patch of 'gaitopt simulate'
+    states the friction itself instead.  The noise is the standard deviation of a random torque on each actuator, and
+    the delay is the age of the state that the law receives from the sensors.
 
     For a robot with several contacts, a push changes coordinates and rates right after a landing and moves no foot off
     the ground; the noise acts on the actuators with a planned torque.  The problem script is accepted in place of the

@@ -78,7 +78,8 @@ def solve(
     """Find an optimal gait, replay it in the event-driven simulator, and save it.
 
     If no gait is found, SCRIPT_failed.h5 (with -o FILE.h5: FILE_failed.h5) is written, which contains robot and
-    problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.
+    problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.  For a robot with several contacts,
+    remedies are first tested by further solves.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 

@@ -10,6 +10,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
+from gaitopt.motion.quantity_labels import state_value
 
 AnyRobot = Robot | PlanarRobot
 SomeLaw = TypeVar("SomeLaw", Law, PlanarLaw)
@@ -69,7 +70,8 @@ def check_range(robot: AnyRobot, parameter: str, ends: tuple[float, float], law:
         owner = f"Robot {robot.name!r}" + (f" under the law {getattr(law, 'name', '')!r}" if gains else "")
         raise InputError(f"{owner} has no parameter {parameter!r}. {suggest(parameter, known)}")
     if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
-        raise InputError(f"The range of {parameter} must have two different finite ends, got {ends[0]:g}:{ends[1]:g}.")
+        stated = " to ".join(state_value(end, unit_of(robot, parameter)) for end in ends)
+        raise InputError(f"The range of {parameter} must have two different finite ends, got {stated}.")
     if parameter in described and described[parameter].whole:
         raise InputError(
             f"{parameter} is a whole number, over which a gait cannot be followed; name another parameter."

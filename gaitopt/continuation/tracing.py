@@ -24,6 +24,7 @@ from gaitopt.continuation.special_point import SpecialKind, SpecialPoint, merge_
 from gaitopt.continuation.switching import has_half_period, switch_branch
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, NoGaitError
+from gaitopt.motion.quantity_labels import state_value
 from gaitopt.parameters import whole_number
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
@@ -165,9 +166,9 @@ def trace_branches(
     first = tracer.find_start() if start is None else source.start(start)
     low, high = min(source.ends), max(source.ends)
     if not low <= first.value <= high:
+        start_value, *ends = (state_value(value, source.unit) for value in (first.value, *source.ends))
         raise InputError(
-            f"The range of {source.parameter} must contain the start, at {first.value:.6g}; it is "
-            f"{source.ends[0]:g} to {source.ends[1]:g}."
+            f"The range of {source.parameter} must contain the start, at {start_value}; it is {' to '.join(ends)}."
         )
     yield from tracer.follow_gait(first)
     if options.deflate:

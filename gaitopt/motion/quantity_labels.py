@@ -38,3 +38,15 @@ def in_shown_unit(values: Array, unit: str) -> Array:
     ([180.0], [2.0])
     """
     return np.degrees(values) if unit == "rad" else values
+
+
+def state_value(value: float, unit: str) -> str:
+    """Return a number with its unit for a sentence; an angle is stated in degrees as well.
+
+    Examples
+    --------
+    >>> state_value(0.5, "m"), state_value(np.radians(2), "rad"), state_value(0.3, "1")
+    ('0.5 m', '0.0349066 rad (2 deg)', '0.3')
+    """
+    degrees = f" ({np.degrees(value):.6g} deg)" if unit == "rad" else ""
+    return f"{value:.6g}" + ("" if unit in ("", "1") else f" {unit}") + degrees

@@ -13,6 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.quantity_labels import state_value
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_suspects
@@ -108,7 +109,7 @@ def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
     if problem.slope < 0 and "slope" not in problem.free:
         opposite = problem.replace(slope=-problem.slope)
         if is_solved(opposite):
-            yield f"A verified gait was found on the opposite, downhill slope, slope={opposite.slope:.4g}."
+            yield f"A verified gait was found on the opposite slope, downhill by {state_value(opposite.slope, 'rad')}."
 
 
 def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:

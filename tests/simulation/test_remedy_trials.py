@@ -80,9 +80,9 @@ def test_without_a_sufficient_limit_the_order_of_the_contacts_and_the_slope_are_
     gait = try_remedies(uphill.replace(sequence=TOE_FIRST), fail(failure))
     exchanged, downhill, suspect = gait.solver.warnings
     assert suspect.startswith(f"No change of a single limit is known to suffice: the contact sequence '{TOE_FIRST}'")
-    assert "The slope of -0.03 rad is uphill; a positive slope is downhill." in suspect
+    assert "The slope of -0.03 rad (-1.71887 deg) is uphill; a positive slope is downhill." in suspect
     assert "with the contacts of each foot exchanged, sequence='heel a stick | toe a stick |'" in exchanged
-    assert downhill == "A verified gait was found on the opposite, downhill slope, slope=0.03."
+    assert downhill == "A verified gait was found on the opposite slope, downhill by 0.03 rad (1.71887 deg)."
 
 
 def test_a_limit_that_fails_in_the_trial_leaves_the_sequence_as_a_suspect(uphill, failure, solved):

@@ -11,6 +11,7 @@ from gaitopt.model.planar.plausible_geometry import is_armed_behind
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
+from gaitopt.motion.quantity_labels import state_value
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
@@ -200,7 +201,7 @@ def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tu
     sufficient = (each for each in conflicts if each.separable and math.isfinite(each.sufficient))
     if any(each.verified is not False for each in sufficient):
         return ()
-    slope = f" The slope of {problem.slope:.4g} rad is uphill; a positive slope is downhill."
+    slope = f" The slope of {state_value(problem.slope, 'rad')} is uphill; a positive slope is downhill."
     uphill = slope if problem.slope < 0 else ""
     return (
         f"No change of a single limit is known to suffice: the contact sequence '{problem.sequence}' itself may be "
