@@ -152,13 +152,13 @@ class SecondOrderCheck:
         sizes: Array | None = None,
     ) -> None:
         self._conditions = _Conditions(nlp, x, multipliers, data, bounds, np.ones(x.size) if sizes is None else sizes)
-        # The multipliers rarely decide whether an optimum is strict if it is not smooth: both are computed together.
-        self._vertex = None if nlp.smooth else BackgroundCall(self._conditions.prepare_crossover())
         self._result = self._conditions.conclude()
+        decided = self._result.verdict in (Verdict.SHARP, Verdict.STRICT) or nlp.smooth
+        self._vertex = None if decided else BackgroundCall(self._conditions.prepare_crossover())
 
     def conclude(self) -> SecondOrder:
-        """Return the result, when the linear program is solved if the multipliers do not decide."""
-        if self._vertex is None or self._result.verdict in (Verdict.SHARP, Verdict.STRICT):
+        """Return the result, when the linear program is solved."""
+        if self._vertex is None:
             return self._result
         with defer_interrupt():  # the thread cannot be stopped
             vertex = self._vertex.result()
