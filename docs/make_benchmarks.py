@@ -55,8 +55,8 @@ times as long as that of the hand-tuned script.
 The command `gaitopt solve problems/compass_slip.py` takes 0.9 s of processor time: 30 % in Ipopt (80 iterations on five
 NLPs), 19 % for the import of other packages, 13 % for that of gaitopt, 10 % to build the NLPs, 12 % for the certificate
 (half of it for a linear program), 4 % each for the replay and for writing the file and the table, and 8 % for guesses
-and checks between nodes. These shares were measured on 2026-11-25; Ipopt and the import of gaitopt take less since. The
-command takes 0.67 of the processor time and 0.60 of the wall-clock time of an earlier revision of
+and checks between nodes. These shares were measured on 2026-11-25; since then, Ipopt and the import of gaitopt have
+become faster. The command takes 0.67 of the processor time and 0.60 of the wall-clock time of an earlier revision of
 gaitopt, 183f18f (medians of 25 pairs of runs with compiled bytecode, 2026-11-28); other packages, Ipopt and the linear
 program alone take 0.4 of the processor time of that revision.
 Derivatives are not stored on disk: the command builds them in 32 ms, and CasADi would take 24 ms to identify and read
@@ -97,8 +97,8 @@ problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 
 0.7), the chains take 27, 52, 51 and 112 iterations with 1.9 to 2.0 factorisations.
 """
 
-FIVE_LINKS = """The next table compares gaitopt with a plain script for CasADi's Opti, for a walker with five links and
-the size of the robot RABBIT that slips at touchdown (friction 0.2, 0.7 m/s, step length 0.4 m, 12 intervals in each
+FIVE_LINKS = """The next table compares gaitopt with a plain script for CasADi's Opti, for a five-link walker of
+the size of the robot RABBIT whose foot slips at touchdown (friction 0.2, 0.7 m/s, step length 0.4 m, 12 intervals in each
 phase). The first row is the time to build and solve the same NLP with four points per interval; the second one is that
 at default accuracy, for which gaitopt increases the number of points from four to six, whereas the script solves the
 last NLP only.

@@ -7,7 +7,7 @@ margin from slipping, and all gaits keep margins from other outcomes of the impa
 Percentages are the saving of double support relative to the better of the other two; "none" marks the point without a
 double support. The lower panel shows the absolute work of the motors (positive work plus braking work) and its parts,
 the losses and twice the braking work, for single support (left bar), slipping landing (middle bar) and double support
-(right bar).
+(right bar). The list gives the step lengths without a gait [m] in parentheses after the friction coefficient.
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slip
 dissipate the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that
@@ -16,8 +16,8 @@ steps (0.25 m/s, 0.9 m) are not shown: both legs of their optima are vertical at
 foot touches the ground there depends on errors below the tolerances, so that their replays fail.
 
 The legs are straight, so that the swing foot may be below the ground after its leg has passed the other one. In a valid
-gait it then rises above the ground by more than it was deep. This limit is active in some gaits with long steps: at
-friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1.1 and 1.2 m by 0.4, 3 and 8 %.
+gait the foot then rises to a height above the ground that exceeds its depth below the ground. This limit is active in
+some gaits with long steps: at friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1.1 and 1.2 m by 0.4, 3 and 8 %.
 """
 
 import numpy as np

@@ -63,7 +63,7 @@ def _remark(name, level):
     if not level.feasible:
         sequence = level.motion.sequence()
         return (
-            f"Gait {name} on level ground has the contact sequence '{sequence}' but is infeasible: {level.reasons[0]}"
+            f"Gait {name} on level ground has the contact sequence '{sequence}' but is infeasible. {level.reasons[0]}"
         )
     return (
         f"Gait {name} on level ground has the contact sequence '{level.sequence}', torques up to "

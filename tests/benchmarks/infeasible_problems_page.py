@@ -71,7 +71,7 @@ def summarise(results):
         shares.append(
             f"- not in the table, because the limits are satisfied at the nodes: {len(inaccurate)} with the status "
             "`plan_inaccurate`, after "
-            f"at most {max(inaccurate):.1f} s"
+            f"at most {max(inaccurate):.1f} s of processor time"
         )
     return "\n".join(shares)
 

@@ -75,7 +75,7 @@ def test_shares_are_those_of_the_rows():
     assert summary[0] == "- reported as infeasible: 4 of 4"
     assert summary[2].startswith("- reported within 5 times this time: 3 of 4")
     assert summary[3:] == ["- confirmed: 2 of 4", "- confirmed with the sufficient values: 1", summary[-1]]
-    assert summary[-1].endswith("1 with the status `plan_inaccurate`, after at most 8.0 s")
+    assert summary[-1].endswith("1 with the status `plan_inaccurate`, after at most 8.0 s of processor time")
     page = infeasible_problems_page.compose_page(results)
     assert "torque (solved)<br>speed (infeasible; removed: plan inaccurate) |" in page
 
