@@ -97,8 +97,8 @@ problem script `monopod` takes 72 iterations instead of 42, `telescoping_biped` 
 0.7), the chains take 27, 52, 51 and 112 iterations with 1.9 to 2.0 factorisations.
 """
 
-FIVE_LINKS = """The next table compares gaitopt with a plain script for CasADi's Opti, for a five-link walker of
-the size of the robot RABBIT whose foot slips at touchdown (friction 0.2, 0.7 m/s, step length 0.4 m, 12 intervals in each
+FIVE_LINKS = """The next table compares gaitopt with a plain script for CasADi's Opti, for a five-link walker of the
+size of the robot RABBIT whose foot slips at touchdown (friction 0.2, 0.7 m/s, step length 0.4 m, 12 intervals in each
 phase). The first row is the time to build and solve the same NLP with four points per interval; the second one is that
 at default accuracy, for which gaitopt increases the number of points from four to six, whereas the script solves the
 last NLP only.

@@ -17,7 +17,8 @@ foot touches the ground there depends on errors below the tolerances, so that th
 
 The legs are straight, so that the swing foot may be below the ground after its leg has passed the other one. In a valid
 gait the foot then rises to a height above the ground that exceeds its depth below the ground. This limit is active in
-some gaits with long steps: at friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1.1 and 1.2 m by 0.4, 3 and 8 %.
+some gaits with long steps: at friction 0.4 it increases the cost of the slipping landings with steps of 1.0, 1.1 and
+1.2 m by 0.4, 3 and 8 %.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
 """Compass biped: recovery of three gaits from pushes, in open loop and under four laws.
 
 The gaits are planned with at most 5 N m at ankle and hip and, if optimised, with margins from the boundaries of the
-contact cone and the impact cone; feedback may use at most 6 N m. The laws are tuned for the smallest spectral radius. Pushes are uniformly distributed in a ball. The size of
-a push [rad/s] is the root of the sum of squares of the changes of the rates, of sqrt(g / l) times those of the angles,
-and of that of the foot speed divided by the leg length l.
+contact cone and the impact cone; feedback may use at most 6 N m. The laws are tuned for the smallest spectral radius.
+Pushes are uniformly distributed in a ball. The size of a push [rad/s] is the root of the sum of squares of the changes
+of the rates, of sqrt(g / l) times those of the angles, and of that of the foot speed divided by the leg length l.
 
 The tuned gains are in parentheses: stiffness and damping in N m/rad and N m s/rad (joint PD) or 1/s^2 and 1/s (computed
 torque); for LQR and step-to-step LQR ("step to step"), the torque [N m] and the deviation of a rate [rad/s] that each

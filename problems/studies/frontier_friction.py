@@ -2,8 +2,8 @@
 
 Each contact sequence is swept over friction in both directions, and every gait is replayed. At low friction, forward
 slip at touchdown and backward slip at the end of the step reduce the cost; at high friction, neither does. The band at
-the top has the colour of the sequence of lowest cost. A hollow marker denotes a gait whose slip
-phase has the minimum permitted duration.
+the top has the colour of the sequence of lowest cost. A hollow marker denotes a gait whose slip phase has the minimum
+permitted duration.
 """
 
 import numpy as np

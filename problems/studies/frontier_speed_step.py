@@ -1,8 +1,8 @@
 """Cost of transport over speed and step length at one friction coefficient, and the saving by slip at touchdown.
 
 Left: cost of transport of the better of two contact sequences. Right: saving of the gait that slips at touchdown
-relative to the one that always sticks, in percent; a saving in parentheses is that of a gait whose slip phase has the minimum
-permitted duration. The frame marks the standard gait.
+relative to the one that always sticks, in percent; a saving in parentheses is that of a gait whose slip phase has the
+minimum permitted duration. The frame marks the standard gait.
 """
 
 import numpy as np

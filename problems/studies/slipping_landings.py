@@ -4,14 +4,14 @@ Left: a monopod with a spring in its leg hops at 1.5 m/s with steps of 0.6 m and
 torque plus 1e-3 m^2 times squared leg force. Right: a point mass on two telescoping legs, with feet of 5 % of its mass,
 runs at 1.2 m/s with steps of 1 m and the least positive work. The foot that lands sticks, or slips forward until it
 comes to rest. Sticking contacts keep a margin from slipping, and all gaits keep margins from other outcomes of the
-impact and from an early lift-off. A hollow marker denotes a gait whose slip phase has the minimum permitted duration. The
-lower panels show the absolute work of the motors (positive work plus braking work) and its parts, the losses and twice
-the braking work, for the sticking (left bar) and the slipping landing (right bar).
+impact and from an early lift-off. A hollow marker denotes a gait whose slip phase has the minimum permitted duration.
+The lower panels show the absolute work of the motors (positive work plus braking work) and its parts, the losses and
+twice the braking work, for the sticking (left bar) and the slipping landing (right bar).
 
 A landing that sticks at low friction needs a foot that falls almost vertically, because the impulse must stay in the
-friction cone; its impact dissipates most of the energy of the hop. The running gaits have several local optima: the slipping
-landing of the biped at friction 0.15, which slides for more than half of its stance, is a different kind of local
-optimum from those at higher friction, so that its saving is uncertain.
+friction cone; its impact dissipates most of the energy of the hop. The running gaits have several local optima: the
+slipping landing of the biped at friction 0.15, which slides for more than half of its stance, is a different kind of
+local optimum from those at higher friction, so that its saving is uncertain.
 """
 
 import numpy as np
