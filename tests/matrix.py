@@ -252,8 +252,8 @@ def replay_text(gait):
 def pictures(subject):
     """Return the cells of report and animation."""
     with tempfile.TemporaryDirectory() as folder:
-        yield attempt(lambda: bool(write_report({"gait": subject}, Path(folder) / "a.html")) and "made")
-        yield attempt(lambda: bool(animate(subject, Path(folder) / "a.gif", steps=1, fps=5)) and "made")
+        yield attempt(lambda: bool(write_report({"gait": subject}, Path(folder) / "a.html")) and "written")
+        yield attempt(lambda: bool(animate(subject, Path(folder) / "a.gif", steps=1, fps=5)) and "written")
 
 
 ROWS = {

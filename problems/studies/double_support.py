@@ -7,7 +7,7 @@ margin from slipping, and all gaits keep margins from other outcomes of the impa
 Percentages are the saving of double support relative to the better of the other two; "none" marks the point without a
 double support. The lower panel shows the absolute work of the motors (positive work plus braking work) and its parts,
 the losses and twice the braking work, for single support (left bar), slipping landing (middle bar) and double support
-(right bar). The list gives the step lengths without a gait [m] in parentheses after the friction coefficient.
+(right bar). In the list, the step lengths [m] of missing gaits are in parentheses after the friction coefficient.
 
 Long single-support steps need large torques that brake the legs; in the double support the impact and the slip
 dissipate the energy instead. The comparison does not include a front foot that slips backward or a trailing foot that
