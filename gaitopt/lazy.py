@@ -1,16 +1,14 @@
 """Fields of dataclasses that are evaluated when they are first read."""
 
 from collections.abc import Callable
-from dataclasses import field, fields
+from dataclasses import fields
 from typing import Any, Generic, Self, TypeVar, overload
 
-from gaitopt.dataclass import dataclass
 from gaitopt.locks import ONE_AT_A_TIME
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, eq=False)
 class Deferred(Generic[T]):
     """A value that is not evaluated yet: a function without arguments.
 
@@ -25,10 +23,17 @@ class Deferred(Generic[T]):
         Returns the value in another process, to which it can be sent; it may take longer.
     """
 
-    read: Callable[[], T]
-    portable: bool = False
-    begin: Callable[[], None] | None = field(default=None, kw_only=True)
-    elsewhere: Callable[[], T] | None = field(default=None, kw_only=True)
+    __slots__ = ("begin", "elsewhere", "portable", "read")
+
+    def __init__(
+        self,
+        read: Callable[[], T],
+        portable: bool = False,
+        *,
+        begin: Callable[[], None] | None = None,
+        elsewhere: Callable[[], T] | None = None,
+    ) -> None:
+        self.read, self.portable, self.begin, self.elsewhere = read, portable, begin, elsewhere
 
 
 class LazyField(Generic[T]):
@@ -43,6 +48,7 @@ class LazyField(Generic[T]):
 
     Examples
     --------
+    >>> from gaitopt.dataclass import dataclass
     >>> @dataclass(frozen=True)
     ... class Report(LazyRecord):
     ...     size: LazyField[int] = LazyField()
@@ -83,6 +89,7 @@ def is_evaluated(record: object, name: str) -> bool:
 
     Examples
     --------
+    >>> from gaitopt.dataclass import dataclass
     >>> @dataclass(frozen=True)
     ... class Report:
     ...     size: LazyField[int] = LazyField()
@@ -101,6 +108,7 @@ class LazyRecord:
 
         Examples
         --------
+        >>> from gaitopt.dataclass import dataclass
         >>> @dataclass(frozen=True)
         ... class Report(LazyRecord):
         ...     name: str
@@ -116,6 +124,7 @@ class LazyRecord:
 
         Examples
         --------
+        >>> from gaitopt.dataclass import dataclass
         >>> @dataclass(frozen=True)
         ... class Report(LazyRecord):
         ...     size: LazyField[int] = LazyField()
@@ -132,6 +141,7 @@ class LazyRecord:
 
         Examples
         --------
+        >>> from gaitopt.dataclass import dataclass
         >>> @dataclass(frozen=True)
         ... class Report(LazyRecord):
         ...     size: LazyField[int] = LazyField()

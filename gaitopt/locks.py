@@ -10,7 +10,7 @@ import os
 import threading
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, ParamSpec, TypeVar, overload
+from typing import Any, ParamSpec, TypeVar, cast, overload
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -83,5 +83,10 @@ class cached_property(functools.cached_property[T]):
     @overload
     def __get__(self, instance: object, owner: type[Any] | None = None) -> T: ...
     def __get__(self, instance: object | None, owner: type[Any] | None = None) -> Any:
+        if instance is None:
+            return self
         with ONE_AT_A_TIME:
-            return super().__get__(instance, owner)
+            values, name = vars(instance), cast("str", self.attrname)
+            if name not in values:
+                values[name] = self.func(instance)
+            return values[name]

@@ -165,8 +165,8 @@ def assemble(
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
     jacobian = ca.jacobian(foot := contact.coordinates, q)
-    masses = body_points(bodies)
-    drawing = drawing or Drawing({"stance foot": coordinates.foot, **masses, "landing foot": contact.point})
+    if drawing is None:
+        drawing = Drawing({"stance foot": coordinates.foot, **body_points(bodies), "landing foot": contact.point})
     index = {point: i for i, point in enumerate(drawing.points)}
     stance = drawing.stance or PointContact(coordinates.foot)
     return Robot(

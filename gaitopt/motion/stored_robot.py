@@ -1,9 +1,9 @@
 """The robot of a gait that was read from a file, restored when it is first used."""
 
 import functools
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model.physics_samples import PhysicsSamples
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 
-@dataclass(frozen=True, eq=False)
 class StoredRobot(Deferred[Any]):
     """A robot that is restored when it is first used.
 
@@ -34,19 +33,27 @@ class StoredRobot(Deferred[Any]):
     ('compass_biped', True)
     """
 
-    name: str = ""
-    record: RobotRecord | None = None
-    physics: PhysicsSamples | None = None
+    __slots__ = ("__weakref__", "name", "physics", "record")
+
+    def __init__(
+        self,
+        read: Callable[[], Any],
+        name: str,
+        record: RobotRecord | None = None,
+        physics: PhysicsSamples | None = None,
+    ) -> None:
+        super().__init__(read, portable=True)
+        self.name, self.record, self.physics = name, record, physics
 
     @staticmethod
     def from_record(record: RobotRecord, physics: PhysicsSamples) -> "StoredRobot":
         """Return a robot that a file contains."""
-        return StoredRobot(functools.partial(_restore, record, physics), True, record.name, record, physics)
+        return StoredRobot(functools.partial(_restore, record, physics), record.name, record, physics)
 
     @staticmethod
     def from_name(name: str, motion: Motion) -> "StoredRobot":
         """Return the robot of a file that contains only its name: that of the catalogue, if it has this motion."""
-        return StoredRobot(functools.partial(_find, name, motion), True, name)
+        return StoredRobot(functools.partial(_find, name, motion), name)
 
 
 def _restore(record: RobotRecord, physics: PhysicsSamples) -> "Robot | PlanarRobot":

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -127,7 +126,7 @@ def report_early_touchdowns(
     sections: dict[tuple[str, Place], list[int]] = {}
     for row in rows:
         place, key = transcription.constraints.entries[row]
-        sections.setdefault((key.of, replace(place, node=None, between=False)), []).append(row)
+        sections.setdefault((key.of, place._replace(node=None, between=False)), []).append(row)
     return tuple(
         f"contact {contact!r} touches the ground in {place.label}, at {_time_of(transcription, members[0], x):.4g} s, "
         f"before its planned touchdown, with a least gap of {float(g[members].min()):.2g} m; a replay ends the step "

@@ -170,8 +170,8 @@ class _Run:
                 results = iterate(x, scaled, self.data, *self.limits)
             f, unmet, wrong = (float(number[0]) for number in results[:3])
             g, on_bounds, on_rows, active, step, matrix = results[3:]
-            finite = math.isfinite(f + unmet + wrong) and all(np.isfinite(part).all() for part in (g, on_rows, x, step))
-            mean = np.sum(np.abs(on_rows)) / max(1, g.size) if finite else math.inf
+            finite = math.isfinite(f + unmet + wrong) and bool(np.isfinite(np.concatenate((g, on_rows, x, step))).all())
+            mean = np.abs(on_rows).sum() / max(1, g.size) if finite else math.inf
             converged = finite and max(wrong / max(1.0, mean), unmet) <= self.tolerance
             saddle = converged and inertia(matrix) != self.nlp.n_constraints
             g = g.copy()  # the arrays returned by Functions are overwritten by the next call

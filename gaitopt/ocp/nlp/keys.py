@@ -8,7 +8,6 @@ solutions use these keys; labels are printed and never compared.
 from enum import Enum, StrEnum
 from typing import NamedTuple
 
-from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 
 
@@ -196,8 +195,7 @@ class Kind(Enum):
     CUSTOM = "{of}"
 
 
-@dataclass(frozen=True)
-class Key:
+class Key(NamedTuple):
     """Physical meaning of one row of a table.
 
     Attributes
@@ -269,8 +267,7 @@ class StepPart(Enum):
     DESIGN = "design"
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """Place along the step that a column of a table belongs to.
 
     Attributes

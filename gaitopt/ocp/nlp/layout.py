@@ -26,8 +26,7 @@ class Layout:
         Names of the tables in files.
     labels_of_rows, identifiers : dict of TableKey to tuple of str
         Printed labels of the rows, and their texts in files.
-    entries : list of (Place, Key)
-        Place and quantity of each entry of the vector.
+    places : dict of TableKey to tuple of Place
 
     Examples
     --------
@@ -48,18 +47,18 @@ class Layout:
     names: dict[TableKey, str] = field(default_factory=dict)
     labels_of_rows: dict[TableKey, tuple[str, ...]] = field(default_factory=dict)
     identifiers: dict[TableKey, tuple[str, ...]] = field(default_factory=dict)
-    entries: list[tuple[Place, Key]] = field(default_factory=list)
+    places: dict[TableKey, tuple[Place, ...]] = field(default_factory=dict)
+    _entries: list[tuple[Place, Key]] = field(default_factory=list, repr=False)
     _found: dict[tuple[Kind, str | None], Index] = field(default_factory=dict, repr=False)
 
     def add(self, table: TableKey, rows: Sequence[Key], places: Sequence[Place]) -> Index:
         """Append a table and return its indices, shape (len(rows), len(places))."""
         count = len(rows) * len(places)
         index = np.arange(self.size, self.size + count).reshape(len(places), len(rows)).T
-        self.tables[table], self.rows[table] = index, tuple(rows)
+        self.tables[table], self.rows[table], self.places[table] = index, tuple(rows), tuple(places)
         self.names[table], identifiers = table_name(table), tuple(row.identifier for row in rows)
         self.identifiers[table] = identifiers
         self.labels_of_rows[table] = tuple(map(label, rows, identifiers))
-        self.entries += [(place, row) for place in places for row in rows]
         self.size += count
         self._found.clear()
         return index
@@ -69,6 +68,14 @@ class Layout:
 
     def __contains__(self, table: TableKey) -> bool:
         return table in self.tables
+
+    @property
+    def entries(self) -> list[tuple[Place, Key]]:
+        """Place and quantity of each entry of the vector."""
+        if len(self._entries) < self.size:
+            tables = self.rows.items()
+            self._entries = [(place, row) for table, rows in tables for place in self.places[table] for row in rows]
+        return self._entries
 
     def find(self, kind: Kind, of: str | None = None) -> Index:
         """Return the indices of all quantities of a kind, at nodes and inner points, shape (n,).
@@ -106,17 +113,18 @@ class Rows:
 
     def __init__(self) -> None:
         self.layout = Layout()
-        self._bounds: list[tuple[float, float]] = []
+        self._lower, self._upper = list[float](), list[float]()
 
     def add(self, table: TableKey, rows: Sequence[Row], places: Sequence[Place]) -> Index:
         """Append rows at each place; return their indices (rows, places)."""
-        self._bounds += [(row.lower, row.upper) for _ in places for row in rows]
+        self._lower += [row.lower for row in rows] * len(places)
+        self._upper += [row.upper for row in rows] * len(places)
         return self.layout.add(table, [row.key for row in rows], places)
 
     def bound(self, index: int, lower: float, upper: float) -> None:
         """Replace the bounds of one entry."""
-        self._bounds[index] = (lower, upper)
+        self._lower[index], self._upper[index] = lower, upper
 
     def bounds(self) -> np.ndarray:
         """Return lower and upper bounds, shape (2, size)."""
-        return np.array(self._bounds, dtype=float).reshape(-1, 2).T
+        return np.array([self._lower, self._upper], dtype=float)

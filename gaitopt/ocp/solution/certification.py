@@ -1,7 +1,5 @@
 """Certificate of the optimum on one grid."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from gaitopt.lazy import Deferred
@@ -98,7 +96,7 @@ def _nearest(check: SecondOrder, layouts: tuple[Layout, Layout]) -> tuple[NearCo
         if not np.isfinite(distances[index]) or len(nearest) == NEAREST:
             break
         if key.kind not in AUXILIARY:
-            section = replace(place, node=None, between=False)
+            section = place._replace(node=None, between=False)
             constraint = NearConstraint(place.label, key.label, float(distances[index]))
             nearest.setdefault((section, key.at(0)), constraint)
     return tuple(nearest.values())

@@ -1,6 +1,5 @@
 """Diagnosis of a solution: violated constraints by phase, node and name, inaccuracy of the plan, and warnings."""
 
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -69,7 +68,7 @@ def violations(
             entries.append((float(excess[index]), *layout.entries[index]))
     worst: dict[tuple[Place, Key], Violation] = {}
     for size, place, key in sorted(entries, key=lambda entry: -entry[0]):
-        section = replace(place, node=None, between=False)
+        section = place._replace(node=None, between=False)
         worst.setdefault((section, key.at(0)), Violation(place.label, key.label, size))
         if len(worst) == most:  # a failed solve violates hundreds of rows
             break

@@ -13,10 +13,14 @@ from gaitopt.errors import InputError
 from gaitopt.lazy import is_evaluated
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.model.coordinate_entries import count_coordinates
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 from gaitopt.ocp.statement.instant import Instant, Peak, StepBoundary, symbolic_instant
 from gaitopt.ocp.statement.objective_value import value_of_term
+
+_Names = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+"""Names of the angles, actuators and parameters of a robot: all that the symbols of an objective depend on."""
 
 
 class Objective:
@@ -172,18 +176,27 @@ def overrides(objective: Objective, method: str) -> bool:
     return getattr(type(objective), method) is not getattr(Objective, method)
 
 
-@functools.lru_cache(maxsize=32)
 def is_curved(objective: Objective, robot: Robot) -> bool:
     """Return whether an objective has curvature in the torques or their rates.
 
     Without curvature optima may not be unique, or torques switch on and off.
     """
-    point = _symbolic_instant_of(robot)
+    return _is_curved(objective, _names(robot))
+
+
+@functools.lru_cache(maxsize=32)
+def _is_curved(objective: Objective, names: _Names) -> bool:
+    """Return whether an objective is curved for a robot with some angles, actuators and parameters."""
+    point = _symbolic_instant_of(names)
     integrands = [_as_expression(term.integrand(point)) for _, term in objective.terms()]
     if any(ca.hessian(integrand, point.torque)[0].nnz() for integrand in integrands):
         return True
     torques = ca.vertcat(point.torque, point.torque_rate)
     return any(ca.hessian(integrand, torques)[0].nnz() for integrand in integrands)
+
+
+def _names(robot: Robot) -> _Names:
+    return robot.angles, robot.actuators, tuple([parameter.name for parameter in robot.parameters])
 
 
 def _as_expression(value: Any) -> ca.SX:
@@ -213,9 +226,9 @@ def check_objective(objective: Objective, robot: Robot) -> None:
     for _, term in objective.terms():
         _check_declaration(term)
         if getattr(term, "__dict__", True):
-            _check_terms(term, robot)
+            _check_terms(term, _names(robot))
         else:
-            _check_terms_of_class(term, robot)
+            _check_terms_of_class(term, _names(robot))
 
 
 def _check_declaration(objective: Objective) -> None:
@@ -247,11 +260,11 @@ def _list_arguments(kind: type, method: str) -> list[str]:
     return names if isinstance(unbound, staticmethod | classmethod) else names[1:]
 
 
-def _check_terms(objective: Objective, robot: Robot) -> None:
-    kind, point = type(objective).__name__, _symbolic_instant_of(robot)
+def _check_terms(objective: Objective, names: _Names) -> None:
+    kind, point = type(objective).__name__, _symbolic_instant_of(names)
     terms = {"integrand": _as_expression(objective.integrand(point))}
     if overrides(objective, "boundary"):
-        terms["boundary"] = ca.SX(objective.boundary(_symbolic_boundary(robot)))
+        terms["boundary"] = ca.SX(objective.boundary(_symbolic_boundary(names)))
     for method, value in terms.items():
         rows, columns = value.shape
         if (rows, columns) != (1, 1):
@@ -270,24 +283,24 @@ def _contains_powers(integrand: ca.SX, point: Instant) -> bool:
 
 
 @functools.lru_cache(maxsize=32)
-def _check_terms_of_class(objective: Objective, robot: Robot) -> None:
-    """Check the terms of an objective without attributes, once for each class and robot."""
-    _check_terms(objective, robot)
+def _check_terms_of_class(objective: Objective, names: _Names) -> None:
+    """Check the terms of an objective without attributes, once for each class and for robots with equal names."""
+    _check_terms(objective, names)
 
 
 @functools.lru_cache(maxsize=32)
-def _symbolic_instant_of(robot: Robot) -> Instant:
+def _symbolic_instant_of(names: _Names) -> Instant:
     """Return a symbolic argument of `integrand`."""
-    return symbolic_instant(robot.angles, robot.actuators, [parameter.name for parameter in robot.parameters])
+    return symbolic_instant(*names)
 
 
-def _symbolic_boundary(robot: Robot) -> StepBoundary:
+def _symbolic_boundary(names: _Names) -> StepBoundary:
     """Return a symbolic argument of `boundary` for the check of an objective."""
     columns = {
-        **dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump"), robot.n_q),
+        **dict.fromkeys(("q_first", "v_first", "q_last", "v_last", "velocity_jump"), count_coordinates(len(names[0]))),
         **{"impulse": 2, "duration": 1, "travel": 1, "energy_lost": 1},
     }
     return StepBoundary(
-        parameters={parameter.name: ca.SX.sym(parameter.name) for parameter in robot.parameters},
+        parameters={name: ca.SX.sym(name) for name in names[2]},
         **{name: ca.SX.sym(name, size) for name, size in columns.items()},
     )
