@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.plausible_geometry import is_armed_behind
+from gaitopt.model.planar.plausible_geometry import is_armed_behind, report_implausible_geometry
+from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
@@ -23,6 +24,21 @@ ACTIVE = 1e-4
 
 REPLAYABLE = 1e-6
 """Error between nodes up to which a replay may pass: the tolerance of its final state."""
+
+
+def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a sentence for each implausible size or direction of the robot of a problem.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    values : mapping of str to float
+        Values of all parameters.
+    """
+    return (
+        *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
+        *report_implausible_geometry(problem.robot, values),
+    )
 
 
 def report_inaccuracy(
