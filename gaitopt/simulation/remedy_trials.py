@@ -118,8 +118,8 @@ def _try_lower_threshold(problem: PlanarProblem, solver: Ipopt, observer: Observ
         shift = change * missing[name] + MARGIN_OF_ARMING
         if is_solved(problem.replace(robot=shift_arming(problem.robot, shift))):
             yield (
-                f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.4g}, "
-                f"without another change: use a lower threshold. In a motion that does not require contacts to be armed, "
+                f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.4g} "
+                "and no other change: use a lower threshold. In a motion that may violate these conditions, "
                 f"{name!r} lands while its expression `armed` is {-missing[name]:.4g}."
             )
             return
@@ -134,7 +134,7 @@ def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved:
         if 0 < least < math.inf and is_solved(problem.replace(robot=shift_arming(problem.robot, -share * least))):
             yield (
                 f"A verified gait was found with thresholds in `armed` of the contacts that are higher by "
-                f"{share * least:.4g}, without another change."
+                f"{share * least:.4g} and no other change: use a higher threshold."
             )
             return
     if not isinstance(problem.speed, float):
@@ -145,7 +145,7 @@ def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved:
         except InputError:
             continue
         if is_found:
-            yield f"A verified gait was found with speed = {speed:.4g} m/s, without another change."
+            yield f"A verified gait was found with speed = {speed:.4g} m/s and no other change."
             return
 
 

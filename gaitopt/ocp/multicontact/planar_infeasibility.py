@@ -196,8 +196,8 @@ def conclude_planar_failure(
     """Return the gait solved from a motion that satisfies all limits, or the failure with its reason.
 
     The motion of least excess over all limits is determined near the guess.  If it exceeds none, the problem is solved
-    from it; otherwise the problem is infeasible near the guess, and the conflicting limits are reported, unless a size or
-    a direction of the robot is implausible.
+    from it; otherwise the problem is infeasible near the guess, and the conflicting limits are reported, unless sizes
+    or directions of the robot are implausible.
 
     Parameters
     ----------

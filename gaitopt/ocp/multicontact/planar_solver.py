@@ -11,7 +11,6 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
@@ -22,7 +21,7 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
-from gaitopt.ocp.multicontact.open_sequences import close_sequence
+from gaitopt.ocp.multicontact.open_sequences import close_problem
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
@@ -115,7 +114,7 @@ def solve_planar(
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
     if isinstance(solver, Newton | Ipopt):
         solver = solver.start_clock()
-    closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    closed = [problem] if not problem.sequence.is_open else close_problem(problem)
     reasons = [explain_one_way_slip(each) for each in closed]
     if all(reasons):
         return _refuse(closed[0], reasons[0] or "", solver, observer)
@@ -164,19 +163,6 @@ def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, obs
     if rescued is not None:
         return rescued if rescued.status.ok else failure.replace_fields(status=rescued.status)
     return conclude_planar_failure(problem, failure, solver, observer, functools.partial(solve_once, solver=solver))
-
-
-def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
-    """Return the problems with the sequences that an open one stands for, without those that are invalid."""
-    closed, error = list[PlanarProblem](), None
-    for sequence in close_sequence(problem.sequence, problem.robot):
-        try:
-            closed.append(problem.replace(sequence=sequence))
-        except InputError as invalid:
-            error = invalid
-    if not closed and error is not None:
-        raise error
-    return closed
 
 
 class _Start:
@@ -338,17 +324,17 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
 
 def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
     """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance = result.problem.transcription.tolerance
+    tolerance, coarser = result.problem.transcription.tolerance, None
     while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
         method = next(methods, None)
         if method is None:
-            return result.mark_inaccurate()
+            return result.mark_inaccurate(coarser_errors=coarser)
         finer = _solve_on_finer_grid(start, result, method, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
             return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
-        result = finer
+        result, coarser = finer, result.errors
     return result
 
 
