@@ -7,15 +7,16 @@ import pytest
 
 from gaitopt import Status
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.gait_table import NOT_YET_VERIFIED, list_remarks
+from gaitopt.motion.gait import IMPLAUSIBLE
+from gaitopt.motion.gait_table import NOT_YET_VERIFIED, describe_status, list_remarks
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.arming_threshold import find_least_arming
-from gaitopt.ocp.multicontact.planar_infeasibility import IMPLAUSIBLE
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unmet_arming
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.simulation import remedy_trials
 from gaitopt.simulation.remedy_trials import try_remedies
+from gaitopt.study.storage.failure_reason import explain_failure
 from tests.walkers.heel_toe import LIGHT, heel_toe_step
 
 SPEED = Conflict(name="speed", setting="speed", limit=0.9, missing=0.5, sufficient=0.4, unit="m/s", separable=True)
@@ -166,6 +167,9 @@ def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
     assert gait.solver.message == IMPLAUSIBLE
     (remark,) = gait.solver.warnings
     assert "If the value is in cm, state 0.14 m." in remark
+    assert "see the first warning" in describe_status(gait)
+    assert "limits or" not in describe_status(gait)
+    assert explain_failure(gait).endswith(remark)
 
 
 @pytest.mark.parametrize(

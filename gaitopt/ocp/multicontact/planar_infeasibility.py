@@ -11,6 +11,7 @@ from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.conflict import Conflict
+from gaitopt.motion.gait import IMPLAUSIBLE
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -59,12 +60,6 @@ MOST_TRIALS, RESOLUTION = 5, 1.1
 
 RETRY = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.ACCEPTABLE, Status.DIVERGING)
 """Statuses after which a motion that satisfies all limits is sought."""
-
-
-IMPLAUSIBLE = (
-    "sizes or directions of the robot are implausible, see the first warning; its limits were therefore not examined"
-)
-"""Message of a failed solve of a robot with implausible sizes or directions: its limits are not the probable cause."""
 
 
 class PlanarElastic(ElasticLimits):
