@@ -27,12 +27,13 @@ class Status(Enum):
         "another contact sequence."
     )
     PLAN_INACCURATE = (
-        "The optimiser converged, but the plan is not accurate between the nodes (see the warnings): use more "
-        "intervals or larger margins, or another contact sequence."
+        "The optimiser converged, but the plan is not accurate between the nodes or violates a condition there. The "
+        "warnings state where, and the remedies."
     )
     UNCONFIRMED = (
         "The contact sequence proposed in place of 'any' was solved, but its cost differs from that of the relaxed "
-        "problem: use another relaxation or more starts, or solve the proposed contact sequence separately."
+        "problem: use another relaxation or, in Python, solve(problem, starts=8), or solve the proposed contact "
+        "sequence separately."
     )
     INFEASIBLE = (
         "No gait with this contact sequence satisfies the constraints near the initial guesses: relax the conflicting "

@@ -27,6 +27,11 @@ def test_the_looser_tolerance_of_ipopt_is_no_solution():
     assert "does not count the result as a solution" in Status.ACCEPTABLE.hint
 
 
+def test_remedies_of_statuses_name_no_option_that_solve_lacks():
+    assert "starts=8" in Status.UNCONFIRMED.hint
+    assert "intervals" not in Status.PLAN_INACCURATE.hint
+
+
 def test_several_possible_motions_have_a_remedy():
     assert "Try less friction" in Stop.AMBIGUOUS.hint
     assert "Margins(cone=..., impact_cone=...)" in Stop.AMBIGUOUS.hint

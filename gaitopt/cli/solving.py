@@ -57,7 +57,7 @@ AFTER_THE_SOLVE = (
 )
 """Modules that `solve` needs when the gait is found; their import takes as long as a short solve."""
 
-FAILURES = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.DIVERGING)
+FAILURES = (Status.INFEASIBLE, Status.ITERATION_LIMIT, Status.FAILED, Status.DIVERGING, Status.PLAN_INACCURATE)
 """Statuses of a solve without a gait after which its remedies are tried."""
 
 TABLE = ("gaitopt.cli.console", "gaitopt.cli.gait_output")
@@ -129,15 +129,17 @@ def solve(
 
 def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
     """Return the sentences on implausible sizes and directions of the robot of a problem."""
-    from gaitopt.model.plausible_sizes import report_implausible_sizes
     from gaitopt.model.robot import Robot
 
-    sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
     if isinstance(problem.robot, Robot):
-        return sizes
-    from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
+        from gaitopt.model.plausible_sizes import report_implausible_sizes
 
-    return sizes + report_implausible_geometry(problem.robot, problem.values)
+        return report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
+
+    assert isinstance(problem, PlanarProblem)
+    return report_implausible_robot(problem, problem.values)
 
 
 def _solve_and_import(
@@ -157,10 +159,11 @@ def _solve_and_import(
 
 def _state_failure(gait: "Gait | PlanarGait") -> str:
     """Return the status of a gait that is not a verified solution, with the reason, in one line."""
+    from gaitopt.motion.gait import IMPLAUSIBLE
     from gaitopt.study.storage.failure_reason import explain_failure
 
     reason = explain_failure(gait) or "it was not verified"
-    remedy = "" if gait.status.hint in reason else f". {gait.status.hint}"
+    remedy = "" if gait.status.hint in reason or IMPLAUSIBLE in reason else f". {gait.status.hint}"
     return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 

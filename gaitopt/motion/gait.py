@@ -22,6 +22,11 @@ from gaitopt.status import Status
 if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
+IMPLAUSIBLE = (
+    "sizes or directions of the robot are implausible, see the first warning; its limits were therefore not examined"
+)
+"""Message of a failed solve of a robot with implausible sizes or directions: its limits are not the probable cause."""
+
 
 @dataclass(frozen=True)
 class Violation:

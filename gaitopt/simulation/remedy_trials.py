@@ -1,7 +1,7 @@
 """Trials of the remedies for a failed solve of a robot with several contacts: solves that end in a verified gait.
 
 A limit that suffices at the nodes of a coarse grid need not lead to a gait, and the cause of a failure may be the
-contact sequence or the sign of the slope, which are no limits.
+contact sequence, the sign of the slope or a threshold in `armed` of a contact, which are no limits.
 """
 
 import functools
@@ -9,14 +9,18 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from attrs import evolve
+
 from gaitopt.errors import InputError
 from gaitopt.motion.conflict import Conflict
+from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.quantity_labels import state_value
+from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, find_missing_arming, shift_arming
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
-from gaitopt.ocp.multicontact.planar_remarks import report_suspects
+from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot, report_suspects, report_unmet_arming
 from gaitopt.ocp.multicontact.planar_solver import solve_from_guess
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.progress import Observer, silent
@@ -28,6 +32,15 @@ Trial = Callable[[PlanarProblem], bool]
 
 CHANGES = (1.0, 1.3)
 """Changes of a limit that are tried, relative to the one that suffices at the nodes of a coarse grid."""
+
+MARGIN_OF_ARMING = 0.01
+"""Value of `armed` by which contacts are armed at their touchdowns in a trial, in the unit of its expression."""
+
+HIGHER_THRESHOLDS = (0.25, 0.5)
+"""Increases of the thresholds in `armed` that are tried, relative to the least value of `armed` at a touchdown."""
+
+FASTER = 1.1
+"""Ratio of a speed that is tried to the stated one."""
 
 MOST_ITERATIONS = 200
 """Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 130."""
@@ -41,16 +54,18 @@ MOST_LIMITS = 3
 
 
 def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent) -> PlanarGait:
-    """Return a failed solve with the limits, sequence and slope that were shown to lead to a verified gait.
+    """Return a failed solve with the limits, thresholds, sequence and slope that lead to a verified gait.
 
-    Each of the first conflicting limits that suffice alone is relaxed, and the problem is solved and replayed.  If no
-    such gait passes its replay, the same is done with the contacts of each foot exchanged and, uphill, with the
-    opposite slope.
+    Each of the first conflicting limits that suffice alone is relaxed, the thresholds in `armed` are lowered if they
+    are too high for touchdowns that are possible without them, and the problem is solved and replayed.  If no such gait
+    passes its replay, the same is done with the contacts of each foot exchanged and, uphill, with the opposite slope.
+    If the plan is inaccurate because a contact touches down too early, a higher threshold and other speeds are tried.
 
     Parameters
     ----------
     problem : PlanarProblem
-        With an open sequence, nothing is tried: the conflicts are those of one of its sequences.
+        With an open sequence, nothing is tried: the conflicts are those of one of its sequences.  Nothing is tried
+        either if sizes or directions of the robot are implausible, which are then the probable cause.
     failure : PlanarGait
         Result of its solve.
     observer : Observer, optional
@@ -66,21 +81,72 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     'try_remedies'
     """
     report = failure.solver
-    if problem.sequence.is_open:
+    if problem.sequence.is_open or report_implausible_robot(problem, problem.values):
         return failure
     longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
     solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
     is_solved = functools.partial(_is_solved, solver=solver, observer=observer)
+    if failure.status is Status.PLAN_INACCURATE:
+        found = _try_later_touchdown(problem, failure, is_solved)
+        return failure.replace_fields(solver=report.replace_fields(warnings=(*found, *report.warnings)))
+    lower = tuple(_try_lower_threshold(problem, solver, observer, is_solved))
     numbers = [i for i, each in enumerate(report.conflicts) if each.separable and math.isfinite(each.sufficient)]
     tried = {i: _try_limit(problem, report.conflicts[i], is_solved) for i in numbers[:MOST_LIMITS]}
     conflicts = [tried.get(i, conflict) for i, conflict in enumerate(report.conflicts)]
     conflicts.sort(key=lambda conflict: not conflict.verified)
     warnings = list(report.warnings)
-    if not any(conflict.verified for conflict in conflicts):
+    if lower:  # remarks that no change suffices are then wrong
+        wrong = {*report_unmet_arming(problem, report.conflicts), *report_suspects(problem, ())}
+        warnings = [*lower, *(each for each in warnings if each not in wrong)]
+    elif not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
         warnings += [each for each in suspects if each not in warnings]
         warnings = [*_try_variants(problem, is_solved), *warnings]
     return failure.replace_fields(solver=report.replace_fields(conflicts=tuple(conflicts), warnings=tuple(warnings)))
+
+
+def _try_lower_threshold(problem: PlanarProblem, solver: Ipopt, observer: Observer, is_solved: Trial) -> Iterator[str]:
+    """Yield a sentence if a gait is verified with lower thresholds in `armed` of the contacts.
+
+    They are lowered such that the touchdowns of a motion without these conditions are armed.
+    """
+    missing = find_missing_arming(problem, evolve(solver, permute=True), observer)
+    if not missing:
+        return
+    name = max(missing, key=missing.__getitem__)
+    for change in CHANGES:
+        shift = change * missing[name] + MARGIN_OF_ARMING
+        if is_solved(problem.replace(robot=shift_arming(problem.robot, shift))):
+            yield (
+                f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.4g} "
+                "and no other change: use a lower threshold. In a motion that may violate these conditions, "
+                f"{name!r} lands while its expression `armed` is {-missing[name]:.4g}."
+            )
+            return
+
+
+def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved: Trial) -> Iterator[str]:
+    """Yield the first change with which a contact that touches down too early no longer does so in a verified gait."""
+    if not find_penetrations(problem.robot, failure.motion):
+        return
+    least = find_least_arming(problem.robot, failure.motion)
+    for share in HIGHER_THRESHOLDS:
+        if 0 < least < math.inf and is_solved(problem.replace(robot=shift_arming(problem.robot, -share * least))):
+            yield (
+                f"A verified gait was found with thresholds in `armed` of the contacts that are higher by "
+                f"{share * least:.4g} and no other change: use a higher threshold."
+            )
+            return
+    if not isinstance(problem.speed, float):
+        return
+    for speed in (FASTER * problem.speed, problem.speed / FASTER):
+        try:
+            is_found = is_solved(problem.replace(speed=speed))
+        except InputError:
+            continue
+        if is_found:
+            yield f"A verified gait was found with speed = {speed:.4g} m/s and no other change."
+            return
 
 
 def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> Conflict:

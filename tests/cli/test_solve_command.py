@@ -2,11 +2,15 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 from gaitopt import InputError, Status, load
 from gaitopt.cli.script import build_problem
+from gaitopt.cli.solving import _try_remedies
+from gaitopt.ocp import PlanarProblem
+from gaitopt.progress import silent
 from tests.references.storage import reference
 
 KEYS = {  # promised to users
@@ -315,3 +319,12 @@ def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, 
     assert "all contacts slip forward all the time" in " ".join(run.out.split())
     assert ("another sequence is solved" in run.out) is not interrupted
     assert (folder / "hop_failed.h5").exists()
+
+
+@pytest.mark.parametrize("status", [Status.PLAN_INACCURATE, Status.INFEASIBLE, Status.TIME_LIMIT])
+def test_remedies_of_inaccurate_plans_are_tried_as_well(hop_gait, monkeypatch, status):
+    tried = []
+    monkeypatch.setattr("gaitopt.simulation.remedy_trials.try_remedies", lambda *arguments: tried.append(1) or hop_gait)
+    problem = PlanarProblem(robot=hop_gait.robot, sequence=str(hop_gait.sequence))
+    _try_remedies(problem, hop_gait.replace_fields(status=status), silent, SimpleNamespace(describe=lambda text: None))
+    assert bool(tried) is (status is not Status.TIME_LIMIT)

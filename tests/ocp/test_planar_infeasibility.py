@@ -107,6 +107,44 @@ def test_an_inaccurate_plan_names_the_contact_whose_normal_force_is_at_its_lower
     assert "more intervals" not in sentence
 
 
+@pytest.mark.parametrize(
+    ("coarser", "ending", "stated", "advised"),
+    [
+        (4e-5, "", "although this decreased the error from 4.0e-05", True),
+        (3e-6, "", "does not decrease it sufficiently (from 3.0e-06), so that more intervals do not help", False),
+        (4e-5, "failed on 8 intervals", "a finer grid has no solution (failed on 8 intervals)", False),
+        (None, "", "the grid is not refined further", False),
+    ],
+)
+def test_more_intervals_are_advised_only_if_they_decrease_the_error(coarser, ending, stated, advised):
+    problem = walk("foot A stick |", transcription=Collocation(intervals=4))
+    transcription = transcribe_planar(planar_structure(problem))
+    errors = None if coarser is None else np.array([coarser])
+    sentence = report_inaccuracy(transcription, problem, np.array([2e-6]), ending, (), errors)
+    assert stated in sentence
+    assert ("use more intervals" in sentence) is advised
+    assert "PlanarLimits.coordinate" in sentence
+
+
+def test_the_last_refinement_states_the_error_of_the_coarser_grid():
+    problem = walk("foot A stick |", transcription=Collocation(intervals=4, tolerance=1e-30))
+    gait = solve_planar(problem)
+    assert gait.status is Status.PLAN_INACCURATE
+    assert "(from " in gait.solver.warnings[0] or "decreased the error from" in gait.solver.warnings[0]
+
+
+def test_a_repair_that_was_solved_is_not_solved_again(monkeypatch):
+    problem = walk("foot A stick |", transcription=Collocation(intervals=4, tolerance=math.inf))
+    start = _Start(Ipopt(permute=True), silent)
+    result = start.solve(problem)
+    row = next(i for i, (_, key) in enumerate(result.transcription.constraints.entries) if key.kind is Kind.GAP)
+    repaired = start._solve_with_bounds(result, {row: -1.0})
+    iterations = start.iterations
+    assert start._solve_with_bounds(result, {row: -1.0}) is repaired
+    assert start.iterations == iterations
+    assert start._solve_with_bounds(result, {row: -2.0}) is not repaired
+
+
 def test_the_force_of_a_joint_stop_has_no_margin_that_is_advised():
     sequence = "foot A stick, knee A closed | foot A stick, knee A closed, knee B latched |"
     problem = knee_strike().replace(sequence=sequence, transcription=Collocation(intervals=(3, 3)))

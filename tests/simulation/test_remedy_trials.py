@@ -7,14 +7,17 @@ import pytest
 
 from gaitopt import Status
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.gait_table import NOT_YET_VERIFIED, list_remarks
+from gaitopt.motion.gait import IMPLAUSIBLE
+from gaitopt.motion.gait_table import NOT_YET_VERIFIED, describe_status, list_remarks
 from gaitopt.ocp import PlanarLimits, solve_planar
+from gaitopt.ocp.multicontact.arming_threshold import find_least_arming
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
-from gaitopt.ocp.multicontact.planar_remarks import report_suspects
+from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unmet_arming
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.simulation import remedy_trials
 from gaitopt.simulation.remedy_trials import try_remedies
-from tests.walkers.heel_toe import heel_toe_step
+from gaitopt.study.storage.failure_reason import explain_failure
+from tests.walkers.heel_toe import LIGHT, heel_toe_step
 
 SPEED = Conflict(name="speed", setting="speed", limit=0.9, missing=0.5, sufficient=0.4, unit="m/s", separable=True)
 TORQUE = Conflict(
@@ -102,6 +105,73 @@ def test_conflicts_that_suffice_only_together_are_not_tried(uphill, failure, sol
     assert {problem.speed for problem in tried} == {uphill.speed}
 
 
+@pytest.mark.parametrize("is_enough", [True, False])
+def test_a_lower_threshold_is_reported_first_although_a_limit_suffices(failure, solved, is_enough):
+    problem = heel_toe_step(0.6)
+    solved(lambda each: each.speed < 0.9 or (is_enough and each.robot is not problem.robot))
+    conflict = dataclasses.replace(SPEED, name="condition", setting="Margins.touchdown_armed", sufficient=math.nan)
+    stated = fail(failure, SPEED, conflict)
+    wrong = report_unmet_arming(problem, stated.solver.conflicts)
+    assert wrong
+    gait = try_remedies(problem, stated.replace_fields(solver=stated.solver.replace_fields(warnings=wrong)))
+    assert gait.solver.conflicts[0].verified is True
+    if not is_enough:
+        assert gait.solver.warnings == wrong
+        return
+    (lower,) = gait.solver.warnings
+    assert lower.startswith(
+        "A verified gait was found with thresholds in `armed` of the contacts that are lower by 0.2"
+    )
+    assert "'toe a' lands while its expression `armed` is -0.2" in lower
+
+
+def test_thresholds_that_touchdowns_meet_are_not_lowered(uphill, failure, solved):
+    problem = heel_toe_step(0.05)
+    tried = solved(lambda each: False)
+    try_remedies(problem, fail(failure))
+    assert all(each.robot is problem.robot for each in tried)
+
+
+@pytest.mark.parametrize(("found", "remedy"), [("threshold", "higher by"), ("speed", "speed = 0.99 m/s"), ("", None)])
+def test_an_inaccurate_plan_that_lands_too_early_names_a_change_with_a_gait(
+    failure, solved, monkeypatch, found, remedy
+):
+    """Without such a change, and without a touchdown that is too early, the warnings of the solve remain."""
+    problem = heel_toe_step(0.05)
+    solved(
+        lambda each: each.robot is not problem.robot if found == "threshold" else found == "speed" and each.speed > 0.9
+    )
+    monkeypatch.setattr(remedy_trials, "find_penetrations", lambda *arguments: [1])
+    monkeypatch.setattr(remedy_trials, "find_least_arming", lambda *arguments: 0.4)
+    gait = try_remedies(problem, fail(failure).replace_fields(status=Status.PLAN_INACCURATE))
+    assert len(gait.solver.warnings) == (remedy is not None)
+    assert remedy is None or remedy in gait.solver.warnings[0]
+
+
+def test_the_least_value_of_the_arming_conditions_at_touchdowns_is_that_of_the_motion(failure):
+    motion, robot = failure.motion, failure.robot
+    ends = [(segment.q[:, -1], segment.v[:, -1]) for segment in motion.segments]
+    toe, heel = robot.contact_index("toe a"), robot.contact_index("heel b")
+    p = robot.vector(motion.parameters)
+    values = [float(robot.arming(*end, p)[i]) for end, i in zip(ends, (toe, heel), strict=True)]
+    assert find_least_arming(robot, motion) == pytest.approx(min(values), abs=1e-12)
+
+
+def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
+    problem = heel_toe_step(0.05, build=LIGHT._replace(heel=-5.0, toe=9.0))
+    tried = solved(lambda each: True)
+    gait = try_remedies(problem, solve_planar(problem, solver=Ipopt(max_iterations=30)))
+    assert not gait.status.ok
+    assert tried == []
+    assert gait.solver.conflicts == gait.solver.violations == ()
+    assert gait.solver.message == IMPLAUSIBLE
+    (remark,) = gait.solver.warnings
+    assert "If the value is in cm, state 0.14 m." in remark
+    assert "see the first warning" in describe_status(gait)
+    assert "limits or" not in describe_status(gait)
+    assert explain_failure(gait).endswith(remark)
+
+
 @pytest.mark.parametrize(
     ("name", "setting", "limit", "value", "read"),
     [
@@ -132,3 +202,11 @@ def test_a_step_that_lands_on_the_toe_is_advised_to_land_on_the_heel():
     assert gait.status is Status.INFEASIBLE
     assert not any(conflict.verified for conflict in gait.solver.conflicts)
     assert "each foot exchanged, sequence='heel a stick | toe a stick |'" in gait.solver.warnings[0]
+
+
+@pytest.mark.slow
+def test_a_threshold_that_is_too_high_is_advised_to_be_lowered():
+    problem = heel_toe_step(0.6)
+    gait = try_remedies(problem, solve_planar(problem))
+    assert not gait.status.ok
+    assert "thresholds in `armed` of the contacts that are lower by" in gait.solver.warnings[0]

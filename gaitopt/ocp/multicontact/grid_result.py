@@ -45,6 +45,8 @@ class GridResult:
     outcome : NlpResult
     ending : str
         How the solve on a finer grid failed; empty otherwise.
+    coarser_errors : (n_phases,) array or None
+        Errors between nodes of the solution on the next coarser grid; None if there is none.
     """
 
     problem: PlanarProblem
@@ -52,6 +54,7 @@ class GridResult:
     bounds: Bounds
     outcome: NlpResult
     ending: str = ""
+    coarser_errors: Array | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -139,10 +142,13 @@ class GridResult:
         """Return the rows of the largest gaps between a penetration and the touchdown; see `find_highest_rows`."""
         return find_highest_rows(self._plan, [each for each in self.penetrations if each.lands])
 
-    def mark_inaccurate(self, ending: str | None = None) -> "GridResult":
+    def mark_inaccurate(self, ending: str | None = None, coarser_errors: Array | None = None) -> "GridResult":
         """Return the solution with the status of an inaccurate plan, whose refinement ended as stated."""
         outcome = replace(self.outcome, status=Status.PLAN_INACCURATE)
-        return replace(self, outcome=outcome, ending=self.ending if ending is None else ending)
+        ending, errors = (self.ending if ending is None else ending), coarser_errors
+        return replace(
+            self, outcome=outcome, ending=ending, coarser_errors=self.coarser_errors if errors is None else errors
+        )
 
     def mark_interrupted(self, message: str) -> "GridResult":
         """Return the solution with the status of an interrupted solve, and the message of its last solve."""
@@ -150,10 +156,11 @@ class GridResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on inaccuracy of the plan, failure of its replay, large angles and phases of minimum duration."""
+        """Sentences on large angles, inaccuracy of the plan, failure of its replay and phases of minimum duration."""
         status = self.outcome.status
         if not (status.ok or status is Status.PLAN_INACCURATE):
             return ()
+        postures = report_overhead_angles(self.transcription, self.problem, self.outcome.x)
         remarks = [*report_early_touchdowns(self.transcription, self.early_touchdowns, self.outcome.x, self.outcome.g)]
         if not remarks:
             remarks += [f"{undecided.describe_failure()}." for undecided in self.undecided_touchdowns]
@@ -161,8 +168,10 @@ class GridResult:
         if not self.error <= self.problem.transcription.tolerance and status is Status.PLAN_INACCURATE:
             phase = find_worst_phase(self.transcription, self.errors)
             contacts = find_least_forces(self.transcription, phase, self.bounds, self.outcome.x)
-            remarks.append(report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts))
+            coarser = self.coarser_errors
+            remarks.append(
+                report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts, coarser)
+            )
         elif self.fails_replay:
             remarks.append(report_magnification(self.error, self.replay_error))
-        remarks += report_overhead_angles(self.transcription, self.problem, self.outcome.x)
-        return (*remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))
+        return (*postures, *remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

@@ -4,11 +4,12 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
-from gaitopt.errors import SequenceError
+from gaitopt.errors import InputError, SequenceError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import Modes, PhaseEvent, PhaseSequence
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
 MOST_SEQUENCES = 60
 """Largest number of closed sequences that an open one may stand for."""
@@ -52,6 +53,29 @@ def close_sequence(sequence: PhaseSequence, robot: PlanarRobot) -> tuple[PhaseSe
             f"{MOST_SEQUENCES}: specify more modes, or list the sequences in search(problem, sequences=[...])."
         )
     return tuple(closed)
+
+
+def close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
+    """Return the problems with the sequences that an open one stands for, without those that are invalid.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+
+    Raises
+    ------
+    InputError
+        If none of them is valid.
+    """
+    closed, error = list[PlanarProblem](), None
+    for sequence in close_sequence(problem.sequence, problem.robot):
+        try:
+            closed.append(problem.replace(sequence=sequence))
+        except InputError as invalid:
+            error = invalid
+    if not closed and error is not None:
+        raise error
+    return closed
 
 
 def _expand(sequence: PhaseSequence, robot: PlanarRobot) -> Iterator[PhaseSequence]:

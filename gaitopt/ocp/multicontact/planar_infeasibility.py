@@ -11,6 +11,7 @@ from attrs import evolve
 
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.motion.conflict import Conflict
+from gaitopt.motion.gait import IMPLAUSIBLE
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
@@ -20,7 +21,12 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_plan import plan_parameters, reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits, typical_planar_sizes
-from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unarmed_contacts, report_unmet_arming
+from gaitopt.ocp.multicontact.planar_remarks import (
+    report_implausible_robot,
+    report_suspects,
+    report_unarmed_contacts,
+    report_unmet_arming,
+)
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
 from gaitopt.ocp.nlp.elastic import ElasticResult
@@ -185,7 +191,8 @@ def conclude_planar_failure(
     """Return the gait solved from a motion that satisfies all limits, or the failure with its reason.
 
     The motion of least excess over all limits is determined near the guess.  If it exceeds none, the problem is solved
-    from it; otherwise the problem is infeasible near the guess, and the conflicting limits are reported.
+    from it; otherwise the problem is infeasible near the guess, and the conflicting limits are reported, unless sizes
+    or directions of the robot are implausible.
 
     Parameters
     ----------
@@ -204,9 +211,10 @@ def conclude_planar_failure(
         solver, permute=False, tolerance=tolerance, max_iterations=min(solver.max_iterations, MOST_ELASTIC_ITERATIONS)
     )
     elastic = PlanarElastic(problem, limited, observer)
+    is_implausible = bool(report_implausible_robot(problem, problem.values))
     try:
         nearest = elastic.minimise_excess()
-        conflicts = _find_conflicts(elastic, nearest)
+        conflicts = () if is_implausible else _find_conflicts(elastic, nearest)
     except KeyboardInterrupt:
         return failure.replace_fields(status=Status.INTERRUPTED)
     if isinstance(conflicts, ElasticResult):
@@ -219,6 +227,8 @@ def conclude_planar_failure(
         return failure.replace_fields(status=Status.INTERRUPTED)
     if not conflicts and problem.free:
         return _conclude_with_fixed_parameters(problem, failure, solver, observer, solve_once)
+    if is_implausible:
+        return failure.replace_fields(solver=failure.solver.replace_fields(message=IMPLAUSIBLE, violations=()))
     if not conflicts and (nearest.status is not Status.PLAN_INACCURATE or elastic.excess(nearest) <= FEASIBLE):
         message = failure.solver.message + _list_insufficient(elastic.insufficient)
         suspects = report_suspects(problem, ()) if elastic.insufficient else ()

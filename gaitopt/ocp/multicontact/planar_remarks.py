@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.plausible_geometry import is_armed_behind
+from gaitopt.model.planar.plausible_geometry import is_armed_behind, report_implausible_geometry
+from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
@@ -20,12 +21,35 @@ from gaitopt.ocp.nlp.keys import Place, Unknown
 ACTIVE = 1e-4
 """Relative distance from its lower bound within which a normal force is at this bound."""
 
+FALLING = 4.0
+"""Least ratio of the error on a coarser grid to that on a finer one at which further intervals are advised."""
+
 REPLAYABLE = 1e-6
 """Error between nodes up to which a replay may pass: the tolerance of its final state."""
 
 
+def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a sentence for each implausible size or direction of the robot of a problem.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    values : mapping of str to float
+        Values of all parameters.
+    """
+    return (
+        *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
+        *report_implausible_geometry(problem.robot, values),
+    )
+
+
 def report_inaccuracy(
-    transcription: PlanarTranscription, problem: PlanarProblem, errors: Array, ending: str, contacts: Sequence[str] = ()
+    transcription: PlanarTranscription,
+    problem: PlanarProblem,
+    errors: Array,
+    ending: str,
+    contacts: Sequence[str] = (),
+    coarser: Array | None = None,
 ) -> str:
     """Return a sentence that states in which phase a plan is inaccurate, how its refinement ended, and a remedy.
 
@@ -39,14 +63,24 @@ def report_inaccuracy(
         How the solve on a finer grid ended; empty if there was none.
     contacts : sequence of str
         Contacts whose normal force is at its lower bound in the least accurate phase.
+    coarser : (n_phases,) array, optional
+        Errors between nodes of the next coarser grid, if it was solved: more intervals are a remedy only if they
+        decrease the error.
     """
     worst, margins = find_worst_phase(transcription, errors), problem.margins
     error = float(errors[worst.number])
+    before = math.nan if coarser is None else float(coarser[worst.number])
     reason = f"a finer grid has no solution ({ending})" if ending else "the grid is not refined further"
     remedy = (
-        "use more intervals in this phase, a guess near a plausible motion, or PlanarLimits.coordinate, which excludes "
-        "postures outside its ranges."
+        "use a guess near a plausible motion, or PlanarLimits.coordinate, which excludes postures outside its ranges."
     )
+    if not ending and error <= before / FALLING:
+        reason += f", although this decreased the error from {before:.1e}"
+        remedy = f"use more intervals in this phase, {remedy.removeprefix('use ')}"
+    elif not ending and math.isfinite(before):
+        reason = (
+            f"a finer grid does not decrease it sufficiently (from {before:.1e}), so that more intervals do not help"
+        )
     if contacts:
         remedy = (
             f"the normal force of {' and '.join(contacts)} is at its lower bound in this phase, where torques and "
@@ -179,8 +213,8 @@ def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict
 def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
     """Return a remark if the arming condition of a contact that lands conflicts with the other limits.
 
-    The expression is suspected only if its sign seems reversed: a motion that violates a correct one lands the foot
-    beside or behind the other foot, and a change of the expression is then no remedy.
+    Its sign is suspected only if it seems reversed: a motion that violates a correct expression lands the foot beside
+    or behind the other foot.  Whether its threshold is too high is determined by a trial with a lower one.
     """
     if not any(conflict.setting == "Margins.touchdown_armed" for conflict in conflicts):
         return ()
@@ -192,7 +226,7 @@ def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -
     names = [contact.name for contact in robot.contacts if contact.conditional]
     if any(is_armed_behind(robot, name, problem.values) for name in names):
         return (f"{rule}: check the sign of the expression.",)
-    return (f"{rule}. Its sign seems correct, so relaxing the condition is not a remedy.",)
+    return (f"{rule}. Its sign seems correct, so that only a lower threshold may be a remedy.",)
 
 
 def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:

@@ -11,12 +11,9 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.arguments import check_arguments
-from gaitopt.errors import InputError
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
-from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
-from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
@@ -24,13 +21,14 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
-from gaitopt.ocp.multicontact.open_sequences import close_sequence
+from gaitopt.ocp.multicontact.open_sequences import close_problem
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.multicontact.planar_warm_start import (
@@ -38,6 +36,7 @@ from gaitopt.ocp.multicontact.planar_warm_start import (
     find_warm_start,
     list_refinements,
 )
+from gaitopt.ocp.multicontact.range_start import solve_from_range_ends
 from gaitopt.ocp.multicontact.touchdown_repair import Repair, repair_touchdowns
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
@@ -72,7 +71,8 @@ def solve_planar(
     stated by the guess or random, the problem is solved with these durations first.  Points are added to the intervals,
     and then intervals, until the plan is accurate between its nodes, and at most twice more if its replay is predicted
     to fail.  If no start succeeds, the problem is solved from its solution on half as many intervals, and then from a
-    motion that satisfies all limits.  If the contact sequence leaves modes open, each sequence that it stands for is
+    motion that satisfies all limits; if the plan is inaccurate and speed or step length have a range, from a gait with
+    fixed values in the range.  If the contact sequence leaves modes open, each sequence that it stands for is
     solved from every start; :func:`gaitopt.search` also replays and ranks them.
 
     Parameters
@@ -114,7 +114,7 @@ def solve_planar(
         solver = evolve(solver, permute=True)  # rows of several contacts may be nearly dependent
     if isinstance(solver, Newton | Ipopt):
         solver = solver.start_clock()
-    closed = [problem] if not problem.sequence.is_open else _close_problem(problem)
+    closed = [problem] if not problem.sequence.is_open else close_problem(problem)
     reasons = [explain_one_way_slip(each) for each in closed]
     if all(reasons):
         return _refuse(closed[0], reasons[0] or "", solver, observer)
@@ -132,7 +132,7 @@ def solve_planar(
     if solved:
         return best
     nearest = min(range(len(gaits)), key=lambda number: rank_of(gaits[number].solver.constraint_violation))
-    if gaits[nearest].status not in RETRY or not isinstance(solver, Ipopt):
+    if not isinstance(solver, Ipopt):
         return gaits[nearest]
     return _solve_again(closed[nearest // starts], gaits[nearest], solver, observer)
 
@@ -153,25 +153,16 @@ def solve_from_guess(problem: PlanarProblem, solver: Ipopt, observer: Observer =
 
 
 def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
-    """Return the gait found from a coarser grid or from a feasible motion if all starts have failed, or the failure."""
-    solve_once = functools.partial(_solve_start, number=0, observer=observer)
-    rescued = solve_from_coarse_grid(problem, solver, lambda each, limited: solve_once(each, solver=limited))
+    """Return the gait of another start if all starts have failed: see :func:`solve_planar`; otherwise the failure."""
+    solve_once = functools.partial(solve_from_guess, observer=observer)
+    if failure.status is Status.PLAN_INACCURATE:
+        return solve_from_range_ends(problem, failure, solver, solve_once)
+    if failure.status not in RETRY:
+        return failure
+    rescued = solve_from_coarse_grid(problem, solver, solve_once)
     if rescued is not None:
         return rescued if rescued.status.ok else failure.replace_fields(status=rescued.status)
     return conclude_planar_failure(problem, failure, solver, observer, functools.partial(solve_once, solver=solver))
-
-
-def _close_problem(problem: PlanarProblem) -> list[PlanarProblem]:
-    """Return the problems with the sequences that an open one stands for, without those that are invalid."""
-    closed, error = list[PlanarProblem](), None
-    for sequence in close_sequence(problem.sequence, problem.robot):
-        try:
-            closed.append(problem.replace(sequence=sequence))
-        except InputError as invalid:
-            error = invalid
-    if not closed and error is not None:
-        raise error
-    return closed
 
 
 class _Start:
@@ -181,6 +172,7 @@ class _Start:
         self.solver, self.observer = solver, observer
         self.iterations, self.build_seconds, self.started = 0, 0.0, time.perf_counter()
         self.raised: dict[PlanarTranscription, dict[int, float]] = {}
+        self._repairs: dict[tuple[GridResult, frozenset[tuple[int, float]]], GridResult] = {}
 
     def solve(
         self,
@@ -256,9 +248,15 @@ class _Start:
         return repaired.result
 
     def _solve_with_bounds(self, result: GridResult, rows: dict[int, float]) -> GridResult:
-        """Return the solution near another one on its grid, with further bounds of its gaps."""
+        """Return the solution near another one on its grid, with further bounds of its gaps.
+
+        It is stored: if early touchdowns remain, the exclusion of touchdowns from below begins with the same solves.
+        """
         self.raised[result.transcription] = rows
-        return self.solve(result.problem, result.outcome.x, is_near=True)
+        key = result, frozenset(rows.items())
+        if key not in self._repairs:
+            self._repairs[key] = self.solve(result.problem, result.outcome.x, is_near=True)
+        return self._repairs[key]
 
     def solve_near(self, problem: PlanarProblem, durations: Array) -> GridResult:
         """Return the solution of a problem, which is solved with fixed durations first.
@@ -326,17 +324,17 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
 
 def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
     """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance = result.problem.transcription.tolerance
+    tolerance, coarser = result.problem.transcription.tolerance, None
     while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
         method = next(methods, None)
         if method is None:
-            return result.mark_inaccurate()
+            return result.mark_inaccurate(coarser_errors=coarser)
         finer = _solve_on_finer_grid(start, result, method, from_below=from_below)
         if finer.outcome.status is Status.INTERRUPTED:
             return result.mark_interrupted(finer.outcome.message)
         if not finer.outcome.status.ok:
             return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
-        result = finer
+        result, coarser = finer, result.errors
     return result
 
 
@@ -386,11 +384,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=(
-                *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
-                *report_implausible_geometry(problem.robot, values),
-                *result.warnings,
-            ),
+            warnings=(*report_implausible_robot(problem, values), *result.warnings),
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

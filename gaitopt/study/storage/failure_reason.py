@@ -1,7 +1,7 @@
 """Status of a grid point or contact sequence of a study, and reasons of failure."""
 
 from gaitopt.errors import join_reasons
-from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait import IMPLAUSIBLE, Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
@@ -25,6 +25,8 @@ def explain_failure(gait: Gait | PlanarGait) -> str:
         return ""
     if gait.verification is not None and not gait.verification.passed:
         return "replay: " + join_reasons(gait.verification.reasons)
+    if gait.solver.message == IMPLAUSIBLE:
+        return f"no gait found; {IMPLAUSIBLE}: {gait.solver.warnings[0]}"
     if gait.solver.conflicts:
         return "no gait found; " + join_reasons(gait.solver.conflicts)
     if gait.status is Status.PLAN_INACCURATE:
