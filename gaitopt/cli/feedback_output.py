@@ -149,17 +149,18 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
     outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + _count_ends(verified)
     recovered = f"at most {verified.radius:.2g} rad/s" if verified.radius else "none of the tested ones"
     warning = (
-        f"the law stabilises the gait, but it recovers only from negligible pushes ({recovered}; pushes below "
+        f"the law stabilises the gait, but it recovers reliably only from negligible pushes ({recovered}; pushes below "
         f"{NEGLIGIBLE_PUSH:g} rad/s are negligible, since rates of legs are of the order of 1 rad/s): {pushes} already "
         f"{outcome}. "
     )
     if "gaitopt tune" in remedy:
         return f"{warning}{remedy}"
     others = ", ".join(f"--law {law}" for law in list_other_laws(tuned))
+    other_law = "" if remedy else f"tune another law ({others}), "
     return (
-        f"{warning}{remedy}{' ' if remedy else ''}If a foot force or an impulse is close to the boundary of its friction cone, plan the gait with "
-        "margins, such as Margins(cone=0.05, impact_cone=0.1); otherwise tune another law "
-        f"({others}), tune with a larger --torque-limit, or tune with --sensitivity, which minimises "
+        f"{warning}{remedy}{' ' if remedy else ''}If a foot force or an impulse is close to the boundary of its "
+        "friction cone, plan the gait with margins, such as Margins(cone=0.05, impact_cone=0.1); otherwise "
+        f"{other_law}tune with a larger --torque-limit, or tune with --sensitivity, which minimises "
         "the sensitivity of the gait to disturbances instead of the spectral radius. gaitopt push tests disturbances "
         "other than pushes, too"
     )
@@ -279,7 +280,7 @@ def format_limits(limits: Mapping[str, float]) -> str:
 
 def _describe_conditions(facts: dict[str, Any]) -> str:
     """Return friction and torque limits of a push test after a comma; empty if they are not known."""
-    friction, limits = facts["friction"], facts["torque_limits"]
+    friction, limits = facts.get("friction"), facts.get("torque_limits")
     texts = [] if friction is None else [f", friction {friction:.4g}"]
     texts += [] if limits is None else [f", torque limits: {format_limits(limits)}"]
     return "".join(texts)
@@ -308,9 +309,10 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     recovery = next((each for each in basins.values() if each is not None), None)
     limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
     steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
+    pushes = _describe_starts(facts.get("starts", 0))
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
-        f"survived if the walker returns to the gait{limit}{_describe_starts(facts['starts'])}, any other disturbance if it completes {steps}, "
+        f"survived if the walker returns to the gait{limit}{pushes}, any other disturbance if it completes {steps}, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
         "coefficient of friction in the first steps. Torque noise: standard deviation."
     )

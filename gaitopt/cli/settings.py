@@ -97,7 +97,9 @@ def read_bounds(settings: list[str] | None, option: str) -> dict[str, tuple[floa
         except ValueError:
             raise InputError(f"{option} must have the form NAME=LOWER:UPPER, got {text!r}.") from None
         if not -math.inf < lower < upper < math.inf:
-            raise InputError(f"{option} {name.strip()}: the bounds must be finite, LOWER below UPPER, got {interval!r}.")
+            raise InputError(
+                f"{option} {name.strip()}: the bounds must be finite, LOWER below UPPER, got {interval!r}."
+            )
         bounds[name.strip()] = lower, upper
     return bounds
 
