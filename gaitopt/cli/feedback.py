@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -79,8 +79,8 @@ def tune(
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        family = _family_of(gait, law, torque_limit, stance_angle)  # raises an error before the plan is printed
-        family = _replace_bounds(family, read_bounds(bound, "--bound"))
+        family = _family_of(gait, law, torque_limit, stance_angle)
+        family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
         _recommend_engine(gait, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
@@ -96,11 +96,21 @@ def tune(
         trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
     options = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
     _report_tuning(tuned, output, trials.describe(file, options), json=json)
-    if trials.interrupted:
-        err.print("Interrupted; the gains are verified, but not all other laws were tested.", soft_wrap=True)
-        sys.exit(INTERRUPTED)
-    if tuned.search_interrupted or tuned.verified.interrupted:
-        err.print(interrupt_text(tuned), soft_wrap=True)
+    _exit(tuned, interrupted=trials.interrupted)
+
+
+def _exit(tuned: "Tuning", *, interrupted: bool) -> NoReturn:
+    """Raise the exit of the command, after a message unless the law stabilises the gait and nothing was interrupted.
+
+    Parameters
+    ----------
+    tuned : Tuning
+    interrupted : bool
+        Whether the trials of other laws were interrupted.
+    """
+    if interrupted or tuned.search_interrupted or tuned.verified.interrupted:
+        trials = "Interrupted; the gains are verified, but not all other laws were tested."
+        err.print(trials if interrupted else interrupt_text(tuned), soft_wrap=True)
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if not tuned.stable:
         print_unstable(tuned)

@@ -74,7 +74,7 @@ def try_other_laws(
 ) -> LawTrials:
     """Return the trials of the laws other than the tuned one, if the gait recovers from negligible pushes only.
 
-    There are none if the walks return too slowly, for which more steps are the remedy.
+    Walks that return too slowly need more steps, not another law: no trial is made then.
     """
     from gaitopt.stability.gait_recovery import measure_gait_recovery
     from gaitopt.stability.recovery import PushTest

@@ -195,9 +195,9 @@ def test_the_law_that_recovers_best_is_tested_and_the_stated_command_tunes_it(
     assert int(returned) < int(other)
     assert torque_limit == "8"
     assert "--sensitivity" not in text
-    monkeypatch.undo()
+    monkeypatch.undo()  # also the working folder
     quick = ("--samples", "0", "--evaluations", "2", "--starts", "4", "--json")
-    facts = command("tune", "walk.h5", "--law", law, "--torque-limit", torque_limit, *quick).json
+    facts = command("tune", slip_file, "--law", law, "--torque-limit", torque_limit, *quick).json
     assert facts["verified"]["push_radius"] > 0.01
 
 
