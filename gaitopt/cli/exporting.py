@@ -1,5 +1,6 @@
 """Commands that write a gait for people and for other programs: plot, animate, report, export."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
 
 PAGE = ".html"
 """Suffix of the page of a diagram."""
+
+LONGEST_LABEL, SEPARATORS = 20, "_./ -"
+"""Number of letters up to which labels of files are not shortened, and characters between their words."""
 
 
 def plot(
@@ -109,8 +113,8 @@ def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":
     from gaitopt.study.result_file import load_result
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
-    records = {}
-    for label, file in label_files(files).items():
+    records, named = {}, label_files(files)
+    for label, file in zip(_shorten_labels(list(named)), named.values(), strict=True):
         record = load_result(file)
         if not isinstance(record, RobustnessRecord):
             raise InputError(
@@ -119,6 +123,28 @@ def _load_push_tests(files: list[Path]) -> "dict[str, RobustnessRecord]":
             )
         records[label] = record
     return records
+
+
+def _shorten_labels(labels: list[str]) -> list[str]:
+    """Return labels without the words at their beginning and end that all share, if one is too long for a legend.
+
+    Examples
+    --------
+    >>> _shorten_labels(["compass_slip_push_lqr_limit_8", "compass_slip_push_step_lqr_limit_8"])
+    ['lqr', 'step_lqr']
+    >>> _shorten_labels(["push_lqr", "push_pd"])
+    ['push_lqr', 'push_pd']
+    """
+    words = [re.findall(f"[^{SEPARATORS}]*[{SEPARATORS}]*", label)[:-1] for label in labels]  # the last match is empty
+    fewest = min(map(len, words))
+    if len(labels) < 2 or max(map(len, labels)) <= LONGEST_LABEL:
+        return labels
+    first, last = 0, 0
+    while first < fewest - 1 and len({part[first] for part in words}) == 1:
+        first += 1
+    while last < fewest - first - 1 and len({part[-1 - last] for part in words}) == 1:
+        last += 1
+    return ["".join(part[first : len(part) - last]).rstrip(SEPARATORS) for part in words]
 
 
 def animate(

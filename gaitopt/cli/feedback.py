@@ -2,15 +2,17 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unstable, tuning_facts
 from gaitopt.cli.law_option import design_for
+from gaitopt.cli.law_trials import LawTrials, try_other_laws
 from gaitopt.cli.options import (
     Evaluations,
     Frictions,
+    GainBounds,
     GainsOutput,
     Json,
     PushStarts,
@@ -26,6 +28,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.settings import read_bounds
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
@@ -39,6 +42,7 @@ def tune(
     problem: RobotScript = None,
     law: TunableLaw = "lqr",
     torque_limit: TorqueLimit = None,
+    bound: GainBounds = None,
     stance_angle: StanceAngle = False,
     sensitivity: Sensitivity = False,
     friction: Frictions = None,
@@ -75,7 +79,8 @@ def tune(
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        family = _family_of(gait, law, torque_limit, stance_angle)  # raises an error before the plan is printed
+        family = _family_of(gait, law, torque_limit, stance_angle)
+        family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
         _recommend_engine(gait, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
@@ -88,17 +93,32 @@ def tune(
             test=test,
             observer=lambda step: display.describe(_progress(announcement.time_step(step))),
         )
-    _report_tuning(tuned, output, json=json)
-    if tuned.search_interrupted or tuned.verified.interrupted:
-        err.print(interrupt_text(tuned), soft_wrap=True)
+        trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
+    options = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
+    _report_tuning(tuned, output, trials.describe(file, options), json=json)
+    _exit(tuned, interrupted=trials.interrupted)
+
+
+def _exit(tuned: "Tuning", *, interrupted: bool) -> NoReturn:
+    """Raise the exit of the command, after a message unless the law stabilises the gait and nothing was interrupted.
+
+    Parameters
+    ----------
+    tuned : Tuning
+    interrupted : bool
+        Whether the trials of other laws were interrupted.
+    """
+    if interrupted or tuned.search_interrupted or tuned.verified.interrupted:
+        trials = "Interrupted; the gains are verified, but not all other laws were tested."
+        err.print(trials if interrupted else interrupt_text(tuned), soft_wrap=True)
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if not tuned.stable:
         print_unstable(tuned)
     raise typer.Exit(0 if tuned.stable else 1)
 
 
-def _report_tuning(tuned: "Tuning", output: Path | None, *, json: bool) -> None:
-    """Write the gains, and print the result of tuning and the file."""
+def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, json: bool) -> None:
+    """Write the gains, and print the result of tuning, the remedy if the gait hardly recovers, and the file."""
     from gaitopt.tuning.tuning_file import save_tuning
 
     if output is not None:
@@ -106,7 +126,7 @@ def _report_tuning(tuned: "Tuning", output: Path | None, *, json: bool) -> None:
     if json:
         print_json(tuning_facts(tuned))
         return
-    print_tuning(tuned)
+    print_tuning(tuned, remedy)
     if output is not None:
         report_file(output)
 
@@ -119,6 +139,13 @@ def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_ang
     if isinstance(gait, Gait):
         return design_for(gait, gait.robot, law, torque_limit, stance_angle)
     return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
+
+
+def _replace_bounds(family: "ControllerFamily", bounds: "dict[str, tuple[float, float]]") -> "ControllerFamily":
+    """Return a family with other bounds of some gains; the other gains keep their bounds and are tuned, too."""
+    if not bounds:
+        return family
+    return family.with_bounds({gain.name: (gain.lower, gain.upper) for gain in family.gains} | bounds)
 
 
 def _recommend_engine(gait: "AnyGait", *, hidden: bool) -> None:

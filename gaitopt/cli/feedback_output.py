@@ -4,7 +4,7 @@ import dataclasses
 import math
 import shlex
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,15 +78,8 @@ def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
     )
 
 
-WIDER_BOUNDS = (
-    "wider bounds may improve the law: ControllerFamily.with_bounds states them in Python, and the script of --law may "
-    "return a ControllerFamily"
-)
-"""Remedy for gains at a bound of the search."""
-
-
-def print_tuning(tuned: "Tuning") -> None:
-    """Print the result of tuning as a table."""
+def print_tuning(tuned: "Tuning", remedy: str = "") -> None:
+    """Print the result of tuning as a table, with a tested remedy if the gait recovers from negligible pushes only."""
     from gaitopt.control.law import Law
     from gaitopt.tuning.gain_units import format_gains, tabulate_gains
 
@@ -98,8 +91,7 @@ def print_tuning(tuned: "Tuning") -> None:
     gains = format_gains(tuned.family, tuned.gains, several_contacts=several)
     table.add_row(*tabulate_gains(tuned.family, gains))
     if tuned.at_bounds:
-        sides = ", ".join(f"{name} (at its {side} bound)" for name, side in tuned.at_bounds.items())
-        table.add_row("search bounds", Text(f"{sides}: {WIDER_BOUNDS}", style="yellow"))
+        table.add_row("search bounds", Text(_describe_bounds(tuned, several_contacts=several), style="yellow"))
     verdict = verdict_text("stable" if tuned.stable else "unstable; this is the smallest radius found", tuned.stable)
     radii = f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius_after)} under the law, "
     worse = ", larger than in open loop" if tuned.worse_than_open_loop else ""
@@ -111,14 +103,36 @@ def print_tuning(tuned: "Tuning") -> None:
         table.add_row("contact sequence", Text(text, style="yellow"))
     table.add_row("verified", verification_text(tuned.verified, search_interrupted=tuned.search_interrupted))
     if tuned.hardly_recovers:
-        table.add_row("recovery", Text(_describe_poor_recovery(tuned), style="yellow"))
+        table.add_row("recovery", Text(_describe_poor_recovery(tuned, remedy), style="yellow"))
     ended = "; interrupted" if tuned.search_interrupted else ""
     table.add_row("search", f"{format_count(tuned.evaluations, 'evaluation')}, {tuned.seconds:.1f} s{ended}")
     out.print(table)
 
 
-def _describe_poor_recovery(tuned: "Tuning") -> str:
-    """Return a warning on a gait that recovers from negligible pushes only, and its remedies."""
+def _describe_bounds(tuned: "Tuning", *, several_contacts: bool) -> str:
+    """Return the gains at bounds of the search with these bounds, and the option with which wider ones are searched.
+
+    A gain whose bound is 0 needs no wider one: its part of the law is switched off.
+    """
+    from gaitopt.tuning.gain_units import format_gains
+
+    texts, options = [], []
+    for name, side in tuned.at_bounds.items():
+        lower, upper = tuned.bounds[name]
+        bound = lower if side == "lower" else upper
+        shown = format_gains(tuned.family, {name: bound}, several_contacts=several_contacts).removeprefix(f"{name} ")
+        texts.append(f"{name} is at its {side} bound, {shown}")
+        if bound:
+            outward = (bound > 0) is (side == "upper")  # away from 0
+            wider = f"{bound * 2 if outward else bound / 2:.4g}"
+            interval = f"{wider}:{upper:.4g}" if side == "lower" else f"{lower:.4g}:{wider}"
+            options.append(f"--bound {name}={interval}")
+    advice = f"; wider bounds may improve the law, such as with {' '.join(options)}" if options else ""
+    return f"{', and '.join(texts)}{advice}"
+
+
+def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
+    """Return a warning on a gait that recovers from negligible pushes only, and a tested remedy or possible ones."""
     from gaitopt.stability.recovery import NEGLIGIBLE_PUSH
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
@@ -134,24 +148,31 @@ def _describe_poor_recovery(tuned: "Tuning") -> str:
     outcomes = {ENDED: "end the walk", LEFT: "lead away from the gait"}
     outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + _count_ends(verified)
     recovered = f"at most {verified.radius:.2g} rad/s" if verified.radius else "none of the tested ones"
-    return (
-        f"the law stabilises the gait, but it recovers only from negligible pushes ({recovered}; pushes below "
+    warning = (
+        f"the law stabilises the gait, but it recovers reliably only from negligible pushes ({recovered}; pushes below "
         f"{NEGLIGIBLE_PUSH:g} rad/s are negligible, since rates of legs are of the order of 1 rad/s): {pushes} already "
-        f"{outcome}. If a foot force or an impulse is close to the boundary of its friction cone, plan the gait with "
-        "margins, such as Margins(cone=0.05, impact_cone=0.1); otherwise tune another law "
-        f"({_list_other_laws(tuned)}), tune with a larger --torque-limit, or tune with --sensitivity, which minimises "
+        f"{outcome}. "
+    )
+    if "gaitopt tune" in remedy:
+        return f"{warning}{remedy}"
+    others = ", ".join(f"--law {law}" for law in list_other_laws(tuned))
+    other_law = "" if remedy else f"tune another law ({others}), "
+    return (
+        f"{warning}{remedy}{' ' if remedy else ''}If a foot force or an impulse is close to the boundary of its "
+        "friction cone, plan the gait with margins, such as Margins(cone=0.05, impact_cone=0.1); otherwise "
+        f"{other_law}tune with a larger --torque-limit, or tune with --sensitivity, which minimises "
         "the sensitivity of the gait to disturbances instead of the spectral radius. gaitopt push tests disturbances "
         "other than pushes, too"
     )
 
 
-def _list_other_laws(tuned: "Tuning") -> str:
-    """Return the options that select the laws other than the tuned one."""
+def list_other_laws(tuned: "Tuning") -> list[str]:
+    """Return the feedback laws of gaitopt other than the tuned one."""
     from gaitopt.cli.planar_law_option import PLANAR_LAWS
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
 
     laws = PLANAR_LAWS if isinstance(tuned.law, PlanarLaw) else LAWS
-    return ", ".join(f"--law {law}" for law in laws if law not in (OPEN_LOOP, tuned.family))
+    return [law for law in laws if law not in (OPEN_LOOP, tuned.family)]
 
 
 def _count_ends(verified: "Recovery") -> str:
@@ -220,15 +241,49 @@ def recovery_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
     }
 
 
-def endurance_facts(record: "RobustnessRecord", ball: float) -> dict[str, Any]:
+def endurance_facts(record: "RobustnessRecord") -> dict[str, Any]:
     """Return the disturbances survived, and the recovery from a ball of pushes in open loop and under the law."""
     return {
+        "starts": record.starts,
+        **condition_facts(record),
         "survived": [dataclasses.asdict(each) for each in record.margins],
-        "push_radius": ball,
+        "push_radius": record.ball,
         "basin_before": recovery_facts(record.recoveries.get("open loop")),
         "basin_after": recovery_facts(record.recoveries.get(record.law)),
         "missing": list(record.missing),
     }
+
+
+def condition_facts(record: "RobustnessRecord") -> dict[str, Any]:
+    """Return the friction and the torque limits of a push test; None if a file does not contain them."""
+    limits = record.torque_limits
+    return {
+        "friction": None if math.isnan(record.friction) else record.friction,
+        "torque_limits": None if limits is None else dict(limits),
+    }
+
+
+def format_limits(limits: Mapping[str, float]) -> str:
+    """Return torque limits by actuator as a text.
+
+    Examples
+    --------
+    >>> format_limits({"ankle": 6.0, "hip": 6.0}), format_limits({"hip": 8.0, "slider [N]": 50.0}), format_limits({})
+    ('6 N m (ankle, hip)', '8 N m (hip), 50 N (slider)', 'none')
+    """
+    names: dict[str, list[str]] = {}
+    for label, limit in limits.items():
+        name, _, unit = label.removesuffix("]").partition(" [")
+        names.setdefault(f"{limit:.4g} {unit or 'N m'}", []).append(name)
+    return ", ".join(f"{limit} ({', '.join(actuators)})" for limit, actuators in names.items()) or "none"
+
+
+def _describe_conditions(facts: dict[str, Any]) -> str:
+    """Return friction and torque limits of a push test after a comma; empty if they are not known."""
+    friction, limits = facts.get("friction"), facts.get("torque_limits")
+    texts = [] if friction is None else [f", friction {friction:.4g}"]
+    texts += [] if limits is None else [f", torque limits: {format_limits(limits)}"]
+    return "".join(texts)
 
 
 def resume_text(missing: Sequence[str], output: Path | None) -> str:
@@ -249,13 +304,15 @@ def resume_text(missing: Sequence[str], output: Path | None) -> str:
 
 def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
-    title = f"{facts['law']}: spectral radius {format_radius(facts['radius'])}"
+    radius = format_radius(facts["radius"])
+    out.print(f"{facts['law']}: spectral radius {radius}{_describe_conditions(facts)}", soft_wrap=True)
     recovery = next((each for each in basins.values() if each is not None), None)
     limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
     steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
+    pushes = _describe_starts(facts.get("starts", 0))
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
-        f"survived if the walker returns to the gait{limit}, any other disturbance if it completes {steps}, "
+        f"survived if the walker returns to the gait{limit}{pushes}, any other disturbance if it completes {steps}, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
         "coefficient of friction in the first steps. Torque noise: standard deviation."
     )
@@ -265,9 +322,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     is_complete = bool(basins) and kinds >= {"push", "downhill slope", "uphill slope"} and not facts.get("missing")
     if is_complete and "torque noise" in kinds and "sensor delay" not in kinds:
         caption += " No sensor delay: the law does not read the state."
-    table = Table(
-        box=box.SIMPLE, pad_edge=False, title=title, title_justify="left", caption=caption, caption_justify="left"
-    )
+    table = Table(box=box.SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
     for column in ("disturbance", "survived", "not survived", "unit"):
         table.add_column(column)
     for each in facts["survived"]:
@@ -275,7 +330,8 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         survived, failed = in_shown_unit(np.array(list(sizes)), each["unit"]).tolist()
         unit = UNITS.get(each["kind"], show_unit(each["unit"]))
         table.add_row(each["kind"], f"{survived:.4g}", "-" if math.isnan(failed) else f"{failed:.4g}", unit)
-    out.print(table if facts["survived"] else title)
+    if facts["survived"]:
+        out.print(table)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"
         if recovery is not None:
@@ -284,6 +340,16 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         out.print(f"{name}: {text}", soft_wrap=True)
     if missing := facts.get("missing"):
         out.print(f"not tested, since the test was interrupted: {', '.join(missing)}", soft_wrap=True)
+
+
+def _describe_starts(starts: int) -> str:
+    """Return the number of random pushes, with which the largest push survived decreases; empty if it is not known."""
+    if not starts:
+        return ""
+    return (
+        f" after each of {format_count(starts, 'random push', 'random pushes')} of at most this size (--starts; the "
+        "verification of 'gaitopt tune' has 200 by default)"
+    )
 
 
 def _settling(recovery: "Recovery") -> str:

@@ -256,6 +256,14 @@ GainValues = Annotated[
     list[str] | None,
     typer.Option("--gain", metavar="NAME=VALUE", help="Value of a gain (repeatable); the others keep their defaults."),
 ]
+GainBounds = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bound",
+        metavar="NAME=LOWER:UPPER",
+        help="Bounds of the search for a gain (repeatable); the others keep theirs.",
+    ),
+]
 TorqueLimit = Annotated[
     float | None,
     typer.Option(
@@ -329,7 +337,14 @@ CyclePeriod = Annotated[
     int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits to search for [steps].")
 ]
 PushStarts = Annotated[
-    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts (states after a push) of the walks.")
+    int,
+    typer.Option(
+        "--starts",
+        min=1,
+        max=100000,
+        help="Number of random starts (states after a push) of the walks. The starts of tune and push are the same for "
+        "equal numbers (tune: --seed 0), and the ball from which all walks return shrinks with their number.",
+    ),
 ]
 
 

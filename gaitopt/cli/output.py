@@ -72,12 +72,12 @@ def print_json(data: dict[str, Any]) -> None:
     print(json.dumps(plain(data), indent=2, allow_nan=False))
 
 
-def report_file(path: Path, *, json: bool = False) -> None:
-    """Print the file that was written, on one line however long, or as a JSON object."""
+def report_file(path: Path, remark: str = "", *, json: bool = False) -> None:
+    """Print the file that was written, on one line however long, and a remark on it; or the file as a JSON object."""
     if json:
         print_json({"file": str(path)})
         return
-    out.print(f"wrote {path}", soft_wrap=True)
+    out.print(f"wrote {path}{f' ({remark})' if remark else ''}", soft_wrap=True)
 
 
 def homotopy_lines(step: HomotopyIteration, objective: str) -> list[str]:

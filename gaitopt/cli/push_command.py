@@ -4,12 +4,12 @@ import contextlib
 import math
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, print_endurance, resume_text
+from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, format_limits, print_endurance, resume_text
 from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
 from gaitopt.cli.options import (
     Disturbances,
@@ -46,7 +46,15 @@ if TYPE_CHECKING:
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
-WORDS = {"law": "the law", "radius": "the spectral radius", "steps": "--steps", "starts": "--starts", "ball": "--ball"}
+WORDS = {
+    "law": "the law",
+    "radius": "the spectral radius",
+    "steps": "--steps",
+    "starts": "--starts",
+    "ball": "--ball",
+    "friction": "the friction",
+    "torque_limits": "torque limits",
+}
 """Settings of a push test in messages."""
 
 SAME_RADIUS = 1e-6
@@ -101,6 +109,7 @@ def push(
     cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
     tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test)
     settings: dict[str, Any] = {"law": title, "radius": cycle.radius, "steps": steps, "starts": starts, "ball": ball}
+    settings |= {"friction": cycle.parameters["friction"], "torque_limits": _name_limits(gait, chosen)}
     results = _resume(output, settings, _read_kinds(tested, kind), _read_kinds(tested, None))
     with results.keep_results():
         with worker_options(workers, scheduler) as team:
@@ -112,7 +121,7 @@ def push(
         "engine": _engine_of(chosen, gait),
         "radius": cycle.radius,
         "steps": steps,
-        **endurance_facts(record, ball),
+        **endurance_facts(record),
         "seconds": time.perf_counter() - began,
     }
     with defer_interrupt():  # a repeated one must not lose the finished kinds
@@ -236,7 +245,7 @@ def _resume(output: Path | None, settings: dict[str, Any], kinds: tuple[str, ...
             "since its --starts and --ball are not known: delete the file, or state another output file with -o."
         )
     for name, value in settings.items():
-        if not _agree(stored := getattr(record, name), value):
+        if _is_known(stored := getattr(record, name)) and not _agree(stored, value):
             raise InputError(
                 f"{output} contains an interrupted push test with {WORDS.get(name, name)} {_show(stored)}, not "
                 f"{_show(value)}. Complete it with its own options, or state another output file."
@@ -254,9 +263,26 @@ def _agree(stored: object, value: object) -> bool:
     return math.isclose(stored, value, rel_tol=SAME_RADIUS) or not (math.isfinite(stored) or math.isfinite(value))
 
 
+def _is_known(setting: object) -> bool:
+    """Return whether a file contains a setting; files of earlier versions lack friction and torque limits."""
+    return setting is not None and not (isinstance(setting, float) and math.isnan(setting))
+
+
 def _show(value: object) -> str:
     """Return a setting as text."""
+    if isinstance(value, Mapping):
+        return format_limits(value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _name_limits(gait: "AnyGait", law: "Law | PlanarLaw") -> dict[str, float]:
+    """Return the torque limits of a law by actuator; units other than N m follow the names."""
+    from gaitopt.control.torque_saturation import name_limits
+    from gaitopt.motion.view_motion import view_motion
+
+    units = {actuator.name: actuator.unit for actuator in view_motion(gait.motion).actuators}
+    limits = name_limits(law, gait.robot.actuators)
+    return {name if units[name] == "N m" else f"{name} [{units[name]}]": limit for name, limit in limits.items()}
 
 
 def _read_kinds(tested: _ControlledGait, stated: Sequence[str] | None) -> tuple[str, ...]:

@@ -98,9 +98,10 @@ def comparison_facts(comparison: Any) -> dict[str, Any]:
 
 def robustness_facts(record: "RobustnessRecord") -> dict[str, Any]:
     """Return the facts of a push test, with the names of the command push where they are the same."""
-    from gaitopt.cli.feedback_output import recovery_facts
+    from gaitopt.cli.feedback_output import condition_facts, recovery_facts
 
     facts = {"law": record.law, "radius": record.radius, "steps": record.steps, "missing": list(record.missing)}
+    facts |= {"starts": record.starts, **condition_facts(record)}
     survived = [vars(margin) for margin in record.margins]
     recoveries = {name: recovery_facts(recovery) for name, recovery in record.recoveries.items()}
     return plain(facts | {"survived": survived, "recoveries": recoveries})

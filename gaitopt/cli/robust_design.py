@@ -45,12 +45,23 @@ class RobustDesign:
     @property
     def headline(self) -> str:
         """The result in one sentence; a plan that does not survive all unseen scenarios is not called robust."""
-        text, unseen = str(self.plan), f"{self.robust.total_survived} of {self.robust.total} unseen scenarios"
+        text = str(self.plan)
         if not self.plan.robust:
             return text
         if self.robust.passed:
-            return f"{text}; {unseen} survived"
-        return f"not fully {text}; only {unseen} survived"
+            return f"{text}; {self._unseen} survived"
+        return f"not fully {text}; only {self._unseen} survived"
+
+    @property
+    def _unseen(self) -> str:
+        return f"{self.robust.total_survived} of {self.robust.total} unseen scenarios"
+
+    @property
+    def remark(self) -> str:
+        """Remark on the files; a plan that is not fully robust keeps their usual names, since it is a verified gait."""
+        if self.plan.robust and not self.robust.passed:
+            return f"not fully robust: only {self._unseen} survived"
+        return ""
 
     @property
     def advice(self) -> str:
@@ -166,6 +177,6 @@ def _print(result: RobustDesign) -> None:
     out.print(f"gait in unseen scenarios: {result.robust}")
     out.print(f"gait of lowest cost in the same scenarios: {result.nominal}")
     for path in result.files:
-        report_file(path)
+        report_file(path, result.remark)
     if not plan.robust:
         out.print("the plan is not robust; its gait and gains were written for inspection")

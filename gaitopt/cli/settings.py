@@ -76,6 +76,34 @@ def read_numbers(settings: list[str] | None, option: str) -> dict[str, float]:
     return values
 
 
+def read_bounds(settings: list[str] | None, option: str) -> dict[str, tuple[float, float]]:
+    """Return NAME=LOWER:UPPER settings as a mapping.
+
+    Raises
+    ------
+    InputError
+        If one is not of this form, or a lower bound is not below the upper one.
+
+    Examples
+    --------
+    >>> read_bounds(["torque=0.5:60"], "--bound")
+    {'torque': (0.5, 60.0)}
+    """
+    bounds = {}
+    for text in settings or []:
+        name, _, interval = text.partition("=")
+        try:
+            lower, upper = map(float, interval.split(":"))
+        except ValueError:
+            raise InputError(f"{option} must have the form NAME=LOWER:UPPER, got {text!r}.") from None
+        if not -math.inf < lower < upper < math.inf:
+            raise InputError(
+                f"{option} {name.strip()}: the bounds must be finite, LOWER below UPPER, got {interval!r}."
+            )
+        bounds[name.strip()] = lower, upper
+    return bounds
+
+
 def read_terrain(rises: list[str] | None, patches: list[str] | None) -> Terrain | None:
     """Return the terrain of ``POSITION:HEIGHT`` steps and ``BEGIN:END:FRICTION`` patches, or None if there are none.
 

@@ -6,7 +6,7 @@ has a second form with the *side* of each actuator as a number: 0 while the actu
 """
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.signature import LawInputs, control_function, inputs_of, rewrite_memory
 from gaitopt.errors import InputError, suggest
 from gaitopt.locks import one_at_a_time
@@ -93,6 +94,23 @@ def remove_limits(law: Law) -> tuple[Law, Array]:
     rows, inputs = law.table.shape[0] - count, inputs_of(law.control, data=-count)
     data = ca.vertcat(inputs.data, ca.SX.zeros(count))
     return _rewrite_law(law, inputs, data, law.table[:rows], limited=False), law.table[rows:, 0]
+
+
+def name_limits(law: Law | PlanarLaw, actuators: Sequence[str]) -> dict[str, float]:
+    """Return the torque limits of a law [N m, or N for a force] by actuator, without unlimited actuators.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped, push_off
+    >>> robot = compass_biped()
+    >>> name_limits(push_off(robot, torque=-9.0, duration=0.1, torque_limit={"hip": 8.0}), robot.actuators)
+    {'hip': 8.0}
+    """
+    part = law.parts[0] if isinstance(law, PlanarLaw) else law
+    if not part.limited:
+        return {}
+    values = part.table[-len(actuators) :, 0].tolist()
+    return {name: value for name, value in zip(actuators, values, strict=True) if value < UNLIMITED}
 
 
 def _rewrite_law(law: Law, inputs: LawInputs, data: ca.SX, table: Array, limited: bool) -> Law:

@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import NARROW, FigureStyle, line_style
 from gaitopt.stability.recovery import Recovery
 from gaitopt.study.robustness.robustness_record import RobustnessRecord
@@ -17,11 +17,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ROW_HEIGHT, BAR_HEIGHT, RETURN_HEIGHT = 0.42, 0.13, 2.2
+ROW_HEIGHT, BAR_HEIGHT, RETURN_HEIGHT, NARROW_RETURN_HEIGHT = 0.42, 0.13, 2.2, 1.7
 """Heights of the axis of a disturbance, of each bar in it, and of the panel of the return to the gait [inch]."""
+
+COLUMNS, TALLEST = 2, 8.0
+"""Number of columns of the axes of disturbances, and largest height of the figure [inch]."""
 
 NAMES = {"friction patch": "loss of friction on a patch"}
 """Titles of the kinds whose name does not state what is measured."""
+
+NARROW_NAMES = {"friction patch": "loss of friction"}
+"""The same in a figure of the width of a column."""
+
+OPEN_LOOP = "open loop"
+"""Name of the recovery in open loop."""
 
 CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": "0.15", "markersize": 4}
 """Style of the mark of the smallest disturbance that the gait does not survive."""
@@ -66,33 +75,48 @@ def plot_robustness(
     style = style or FigureStyle()
     kinds = list(dict.fromkeys(margin.kind for test in tests.values() for margin in test.margins))
     returns = _named_recoveries(tests)
-    columns = 1 if style.width < NARROW else 2
-    rows = -(-len(kinds) // columns)
+    rows = -(-len(kinds) // COLUMNS)
     height = rows * (ROW_HEIGHT + BAR_HEIGHT * len(tests) + 0.2)
-    heights = [height] * bool(kinds) + [RETURN_HEIGHT] * bool(returns)
+    narrow = style.width < NARROW
+    heights = [height] * bool(kinds) + [NARROW_RETURN_HEIGHT if narrow else RETURN_HEIGHT] * bool(returns)
     if not heights:
         raise InputError("These push tests contain neither a disturbance survived nor a recovery.")
     with style.figure(sum(heights) + 0.5) as figure:
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
-        inner = grid[0].subgridspec(max(rows, 1), columns)
+        inner = grid[0].subgridspec(max(rows, 1), COLUMNS if len(kinds) > 1 else 1)
+        names = NARROW_NAMES if narrow else NAMES
         for number, kind in enumerate(kinds):
-            _draw_kind(figure.add_subplot(inner[number % rows, number // rows], label=kind), kind, tests)
+            axes = figure.add_subplot(inner[number % rows, number // rows], label=kind)
+            _draw_kind(axes, kind, names.get(kind, kind), tests)
+            axes.locator_params(axis="x", nbins=4 if narrow else 5)
         if returns:
-            _draw_returns(figure.add_subplot(grid[-1], label="return"), returns, style.width)
+            axes = figure.add_subplot(grid[-1], label="return")
+            _draw_returns(axes, returns)
+            _add_key_of_returns(figure, axes, tests, style.width)
         if kinds:
             _add_key(figure, tests, style.width)
     return figure
 
 
 def _add_key(figure: "Figure", tests: Mapping[str, RobustnessRecord], width: float) -> None:
-    """Draw the key of the bars and of the crosses above the figure."""
+    """Draw the key of the bars and of the crosses above the figure; that of several tests is headed by their meaning.
+
+    The label of a test contains its law if the laws differ and the label does not name it.
+    """
     from matplotlib.lines import Line2D
 
-    bars: list[Any] = list(figure.axes[0].containers)
-    labels = [f"{label}{' (interrupted)' if test.missing else ''}: largest survived" for label, test in tests.items()]
-    bars.append(Line2D([], [], **CROSS))
-    labels.append("smallest not survived")
-    add_page_legend(figure, bars, labels, columns=3, width=width, loc="outside upper center")
+    several, laws = len(tests) > 1, {test.law for test in tests.values()}
+    labels = []
+    for label, test in tests.items():
+        law = f" ({test.law})" if len(laws) > 1 and test.law not in label else ""
+        label += f"{law}{' (interrupted)' if test.missing else ''}"
+        labels.append(label if several else f"{label}: largest survived")
+    bars: list[Any] = [*figure.axes[0].containers, Line2D([], [], **CROSS)]
+    heading = {"title": "largest disturbance survived"} if several else {}
+    key = add_page_legend(
+        figure, bars, [*labels, "smallest not survived"], columns=3, width=width, loc="outside upper center", **heading
+    )
+    extend_page(figure, key, TALLEST)
 
 
 def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, tuple[Recovery, dict[str, Any]]]:
@@ -103,15 +127,22 @@ def _named_recoveries(tests: Mapping[str, RobustnessRecord]) -> dict[str, tuple[
     named: dict[str, tuple[Recovery, dict[str, Any]]] = {}
     for number, (label, test) in enumerate(tests.items()):
         known = {name: recovery for name, recovery in test.recoveries.items() if recovery is not None}
-        for place, (name, recovery) in enumerate(known.items()):
-            single, look = len(tests) == 1, line_style(place)
+        for name, recovery in known.items():
+            single = len(tests) == 1
+            look = line_style(0 if single and len(known) == 1 else _place(name, known))
             if not single:
                 look["color"] = line_style(number)["color"]
             named[name if single or name == label else f"{label}: {name}"] = recovery, look
     return named
 
 
-def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -> None:
+def _place(name: str, recoveries: Mapping[str, Recovery | None]) -> int:
+    """Return the number of the style of a recovery: in order, and after all others, at least 1, in open loop."""
+    others = [other for other in recoveries if other != OPEN_LOOP]
+    return others.index(name) if name in others else max(len(others), 1)
+
+
+def _draw_kind(axes: "Axes", kind: str, name: str, tests: Mapping[str, RobustnessRecord]) -> None:
     """Draw the margins of one kind of disturbance, a bar for each test."""
     largest, unit = 0.0, "1"
     for number, test in enumerate(tests.values()):
@@ -130,13 +161,12 @@ def _draw_kind(axes: "Axes", kind: str, tests: Mapping[str, RobustnessRecord]) -
         if failed is not None:
             axes.plot([failed], [number], **CROSS)
         largest = max(largest, survived, failed or 0.0)
-    axes.set_title(label_quantity(NAMES.get(kind, kind), unit), loc="left", pad=3)
+    axes.set_title(label_quantity(name, unit), loc="left", pad=3)
     axes.set(ylim=(len(tests) - 0.5, -0.5), yticks=[], xlim=(0, 1.08 * largest if largest else 1.0))
     axes.grid(visible=False, axis="y")
-    axes.locator_params(axis="x", nbins=5)
 
 
-def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, Any]]], width: float) -> None:
+def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, Any]]]) -> None:
     """Draw the share of the walks of each law that have returned to the gait after a number of steps."""
     recoveries = [recovery for recovery, _ in returns.values()]
     for name, (recovery, look) in returns.items():
@@ -148,7 +178,24 @@ def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, 
     axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(0, 104))
     axes.set_title(f"random pushes up to {size:.3g} rad/s", loc="left", pad=3)
     axes.set_xlim(0, max(recovery.steps for recovery in recoveries))
+
+
+def _add_key_of_returns(figure: "Figure", axes: "Axes", tests: Mapping[str, RobustnessRecord], width: float) -> None:
+    """Draw the key of the lines below the figure.
+
+    The colours of several tests are those of their bars, so that the key contains only what the kinds of lines mean.
+    """
+    from matplotlib.lines import Line2D
+
+    handles: list[Any]
     handles, labels = axes.get_legend_handles_labels()
-    figure = axes.get_figure(root=True)
-    if figure is not None:
-        add_page_legend(figure, handles, labels, columns=3, width=width, loc="outside lower center")
+    if len(tests) > 1 and any(test.margins for test in tests.values()):
+        names: dict[int, set[str]] = {}
+        for test in tests.values():
+            known = {name: recovery for name, recovery in test.recoveries.items() if recovery is not None}
+            for name in known:
+                names.setdefault(_place(name, known), set()).add(name)
+        places = sorted(names)
+        handles = [Line2D([], [], **line_style(place) | {"color": "0.3"}) for place in places]
+        labels = [names[place].pop() if len(names[place]) == 1 else "under the law" for place in places]
+    add_page_legend(figure, handles, labels, columns=3, width=width, loc="outside lower center")

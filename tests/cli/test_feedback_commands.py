@@ -129,7 +129,8 @@ def test_a_larger_radius_and_another_contact_sequence_are_stated(capsys, monkeyp
     )
     monkeypatch.setattr("gaitopt.tuning.tune.tune_feedback", lambda *_, **__: tuned)
     text = " ".join(run(capsys, "tune", GAIT)[1].out.split())
-    assert "torque (at its upper bound): wider bounds may improve the law: ControllerFamily.with_bounds states" in text
+    bound = "torque is at its upper bound, 3 N m; wider bounds may improve the law, such as with --bound torque=0:6"
+    assert bound in text
     facts = json.loads(run(capsys, "tune", GAIT, "--json")[1].out)
     assert facts["at_bounds"] == {"torque": "upper"}
     assert facts["worse_than_open_loop"] == ("larger than in open loop" in text) == (factor < 1)

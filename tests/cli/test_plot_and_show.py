@@ -68,13 +68,25 @@ def test_slopes_survived_are_printed_in_degrees_and_stored_in_rad(command, folde
     assert (margin["survived"], margin["unit"]) == (pytest.approx(np.radians(2)), "rad")
 
 
+def test_long_labels_of_push_tests_lose_the_words_that_all_share(command, folder, record, monkeypatch):
+    names = ["compass_slip_push_lqr_torque_limit_8.json", "compass_slip_push_step_lqr_torque_limit_8.json"]
+    for name in names:
+        save_robustness(record, folder / name)
+    drawn = []
+    monkeypatch.setattr("gaitopt.plot.saving.save_figure", lambda figure, path: drawn.append(figure) or path)
+    assert command("plot", *names).status == 0
+    labels = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    assert labels == ["lqr", "step_lqr", "smallest not survived"]
+
+
 def test_push_tests_of_two_laws_share_a_figure(command, folder, root, record, monkeypatch):
     save_robustness(replace(record, law="pd", recoveries={}), folder / "second.json")
     drawn = []
     monkeypatch.setattr("gaitopt.plot.saving.save_figure", lambda figure, path: drawn.append(figure) or path)
     assert command("plot", "push.json", "second.json", "--json").json == {"file": "comparison.png"}
     labels = [text.get_text() for legend in drawn[0].legends for text in legend.get_texts()]
-    assert labels[:2] == ["push: largest survived", "second: largest survived"]
+    assert labels == ["push (lqr)", "second (pd)", "smallest not survived"]
+    assert drawn[0].legends[0].get_title().get_text() == "largest disturbance survived"
     gait = root / "docs/examples/compass_slip.h5"
     for arguments, message in [
         (("push.json", gait), f"{gait} contains another result: plot each of the 2 files .*'gaitopt compare'"),

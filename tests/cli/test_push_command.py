@@ -11,6 +11,7 @@ from gaitopt.cli.progress_display import Display
 from gaitopt.study import RobustnessMargins, RobustnessRecord, load_robustness, save_robustness
 
 QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
+TUNED = ("--law", "computed_torque", "--samples", "0", "--evaluations", "2", "--starts", "3")
 KINDS = ["push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"]
 
 
@@ -122,6 +123,39 @@ def test_a_repeated_interrupt_keeps_the_finished_kinds(command, slip_file, folde
     assert run.status == 130
     assert "Interrupted; wrote push.json." in run.err
     assert [margin.kind for margin in load_robustness(folder / "push.json").margins] == KINDS[:2]
+
+
+def test_friction_torque_limits_and_number_of_pushes_are_stated(command, slip_file, folder):
+    """They decide which pushes are survived, and the number of pushes makes the result comparable with that of tune."""
+    options = ("--law", "computed_torque", "--starts", "1", "--workers", "1", "--kind", "push")
+    conditions = "friction 0.14, torque limits: 8 N m (ankle, hip)"
+    run = command("push", slip_file, *options, "--torque-limit", "8", "-o", "push.json")
+    for text in (run.out, command("show", "push.json").out):
+        printed = " ".join(text.split())
+        assert f", {conditions}" in printed
+        assert (
+            "after each of 1 random push of at most this size (--starts; the verification of 'gaitopt tune'" in printed
+        )
+    facts = command("show", "push.json", "--json").json
+    assert (facts["friction"], facts["torque_limits"], facts["starts"]) == (0.14, {"ankle": 8.0, "hip": 8.0}, 1)
+    begun = dataclasses.replace(load_robustness(folder / "push.json"), missing=("recovery",))
+    save_robustness(begun, folder / "push.json")
+    run = command("push", slip_file, *options, "--torque-limit", "7", "--gain", "stiffness=90", "-o", "push.json")
+    assert run.status == 2
+    save_robustness(dataclasses.replace(begun, torque_limits={"hip": 9.0}), folder / "push.json")
+    run = command("push", slip_file, *options, "--torque-limit", "8", "-o", "push.json")
+    assert "an interrupted push test with torque limits 9 N m (hip), not 8 N m (ankle, hip)" in " ".join(
+        run.err.split()
+    )
+    save_robustness(dataclasses.replace(begun, torque_limits=None, missing=()), folder / "push.json")
+    assert "torque limits" not in command("show", "push.json").out
+
+
+def test_the_largest_push_of_push_and_tune_agrees_for_equal_numbers_of_starts(command, slip_file):
+    tuned = command("tune", slip_file, *TUNED, "-o", "gains.json", "--json").json["verified"]
+    options = ("--law", "gains.json", "--starts", "3", "--workers", "1", "--kind", "push")
+    (margin,) = command("push", slip_file, *options, "--json").json["survived"]
+    assert margin["survived"] == tuned["push_radius"]
 
 
 def test_stated_kinds_alone_are_tested(command, slip_file, folder):

@@ -344,6 +344,31 @@ def test_lines_of_a_test_have_the_colour_of_its_bars(results):
     assert len({str(line.get_linestyle()) for line in list(lines.values())[:2]}) == 2
 
 
+def test_push_tests_of_the_width_of_a_column_fit_on_half_a_page(results):
+    """The key of several tests has an entry for each, and below the lines one for each kind of line."""
+    record = replace(results["push test"], law="lqr")
+    kinds = ["push", "downhill slope", "uphill slope", "friction patch", "torque noise", "sensor delay"]
+    recovery = next(iter(record.recoveries.values()))
+    margins = tuple(RobustnessMargins(kind, 0.1, 0.2, "1") for kind in kinds)
+    for count, tallest in [(1, 4.5), (2, 5.0), (4, 6.0)]:
+        names = [f"law_{number}" for number in range(count)]
+        tests = {
+            name: replace(record, law=name, margins=margins, recoveries={name: recovery, "open loop": recovery})
+            for name in names
+        }
+        figure = plot_robustness(tests, style=FigureStyle(width=3.5))
+        assert figure.get_figheight() <= tallest
+        lower, upper = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
+        assert upper == [*(names if count > 1 else [f"{names[0]}: largest survived"]), "smallest not survived"]
+        assert lower == ["under the law" if count > 1 else names[0], "open loop"]
+        figure.draw_without_rendering()
+        page = figure.bbox
+        for axes in figure.axes:
+            title = axes.get_title(loc="left")
+            extents = [text.get_window_extent() for text in (axes._left_title, *axes.texts)]
+            assert all(extent.x1 <= page.x1 for extent in extents), title
+
+
 def test_what_has_no_figure_is_refused(results):
     flat = make_sweep(slope=[0.0], friction=[0.1])
     three = make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2], speed=[0.5, 0.6])

@@ -38,6 +38,11 @@ class RobustnessRecord:
         Number of random pushes of each size; 0 if it is not known.
     ball : float [rad/s]
         Size of the largest pushes of the recoveries; nan if it is not known.
+    friction : float
+        Coefficient of friction of the gait; nan if it is not known.
+    torque_limits : mapping of str to float, or None
+        Limits of the law [N m] by actuator, empty without limits; None if they are not known.  The name of an actuator
+        with another unit is followed by its unit, such as ``"slider [N]"``.
 
     Examples
     --------
@@ -55,6 +60,8 @@ class RobustnessRecord:
     missing: tuple[str, ...] = ()
     starts: int = 0
     ball: float = math.nan
+    friction: float = math.nan
+    torque_limits: Mapping[str, float] | None = None
 
     def __repr__(self) -> str:
         margins = ", ".join(f"{m.kind} {m.survived:.3g}{'' if m.unit == '1' else ' ' + m.unit}" for m in self.margins)
@@ -118,6 +125,8 @@ def load_robustness(path: str | Path) -> RobustnessRecord:
             missing=tuple(map(str, facts.get("missing", ()))),  # files of earlier versions are complete
             starts=int(facts.get("starts", 0)),
             ball=math.nan if facts.get("ball") is None else float(facts["ball"]),
+            friction=math.nan if facts.get("friction") is None else float(facts["friction"]),
+            torque_limits=facts.get("torque_limits"),
         )
 
 
