@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -135,11 +135,9 @@ def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]
         from gaitopt.model.plausible_sizes import report_implausible_sizes
 
         return report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
-    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
 
-    assert isinstance(problem, PlanarProblem)
-    return report_implausible_robot(problem, problem.values)
+    return report_implausible_robot(cast("PlanarProblem", problem), problem.values)
 
 
 def _solve_and_import(

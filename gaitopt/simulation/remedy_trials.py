@@ -17,7 +17,7 @@ from gaitopt.motion.ground_penetration import find_penetrations
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.quantity_labels import state_value
-from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, find_missing_arming, shift_arming
+from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, find_missing_arming, lower_arming_thresholds
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot, report_suspects, report_unmet_arming
@@ -116,7 +116,7 @@ def _try_lower_threshold(problem: PlanarProblem, solver: Ipopt, observer: Observ
     name = max(missing, key=missing.__getitem__)
     for change in CHANGES:
         shift = change * missing[name] + MARGIN_OF_ARMING
-        if is_solved(problem.replace(robot=shift_arming(problem.robot, shift))):
+        if is_solved(problem.replace(robot=lower_arming_thresholds(problem.robot, shift))):
             yield (
                 f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.4g} "
                 "and no other change: use a lower threshold. In a motion that may violate these conditions, "
@@ -131,7 +131,9 @@ def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved:
         return
     least = find_least_arming(problem.robot, failure.motion)
     for share in HIGHER_THRESHOLDS:
-        if 0 < least < math.inf and is_solved(problem.replace(robot=shift_arming(problem.robot, -share * least))):
+        if 0 < least < math.inf and is_solved(
+            problem.replace(robot=lower_arming_thresholds(problem.robot, -share * least))
+        ):
             yield (
                 f"A verified gait was found with thresholds in `armed` of the contacts that are higher by "
                 f"{share * least:.4g} and no other change: use a higher threshold."

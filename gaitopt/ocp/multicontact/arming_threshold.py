@@ -21,7 +21,7 @@ from gaitopt.progress import Observer
 from gaitopt.status import Status
 
 
-def shift_arming(robot: PlanarRobot, shift: float) -> PlanarRobot:
+def lower_arming_thresholds(robot: PlanarRobot, shift: float) -> PlanarRobot:
     """Return a robot whose thresholds in `armed` are lower by a shift, in the unit of the expressions.
 
     Examples
@@ -30,7 +30,7 @@ def shift_arming(robot: PlanarRobot, shift: float) -> PlanarRobot:
     >>> robot = flat_foot_walker()
     >>> q, p = [0.0] * robot.n_q, robot.vector(robot.resolve({}))
     >>> i = robot.contact_index("heel A")
-    >>> f"{float(shift_arming(robot, 0.1).arming(q, q, p)[i] - robot.arming(q, q, p)[i]):.3f}"
+    >>> f"{float(lower_arming_thresholds(robot, 0.1).arming(q, q, p)[i] - robot.arming(q, q, p)[i]):.3f}"
     '0.100'
     """
 

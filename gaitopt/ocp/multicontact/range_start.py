@@ -11,10 +11,10 @@ from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.status import Status
 
 MOST_FIXED_ITERATIONS = 300
-"""Largest number of iterations of an NLP with fixed values: those that led to a gait took up to 174."""
+"""Largest number of iterations of an NLP with fixed values: those that converged to a gait took up to 174."""
 
 MOST_NEARBY_ITERATIONS = 60
-"""Largest number of iterations of an NLP that starts from such a gait: it takes 39 if it leads to a gait."""
+"""Largest number of iterations of an NLP that starts from such a gait: it takes 39 if it converges to a gait."""
 
 
 def solve_from_range_ends(
