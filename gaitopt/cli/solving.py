@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -137,7 +137,7 @@ def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]
         return report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
     from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
 
-    return report_implausible_robot(cast("PlanarProblem", problem), problem.values)
+    return report_implausible_robot(problem, problem.values)
 
 
 def _solve_and_import(
