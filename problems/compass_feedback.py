@@ -1,8 +1,8 @@
-"""Energy-optimal compass-biped gait planned for feedback: with a torque reserve and margins on both friction cones.
+"""Energy-optimal compass-biped gait planned for feedback, with a torque reserve and margins from both friction cones.
 
 Solve it with ``gaitopt solve problems/compass_feedback.py``, then tune a law that may use the torque reserve:
 ``gaitopt tune compass_feedback.h5 --law lqr --torque-limit 6`` and ``gaitopt push compass_feedback.h5 --law lqr``.
-``--set sequence="stick | stick"`` gives the best gait that never slips, with a margin on the cone of the impact;
+``--set sequence="stick | stick"`` gives the best gait that never slips, with a margin from the cone of the impact;
 without this margin the smallest disturbance would make the impact slip.
 
 ``gaitopt run problems/studies/feedback_laws.py`` tunes four laws for both gaits and for an imitation of passive Gait C,

@@ -102,7 +102,7 @@ def _depths(gait: PlanarGait) -> Facts:
             if not deepest.is_touchdown_from_below:
                 rise = f"{deepest.rise:.3g} m" if deepest.rise >= 1 else f"{1e3 * deepest.rise:.3g} mm"
                 text += f"; it then rises to {rise} above the ground"
-                text += ", higher than it was deep, so that its touchdown is valid" if deepest.lands else ""
+                text += ", a height greater than this depth, so that its touchdown is valid" if deepest.lands else ""
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
             text += ", while it is not armed"
         facts.append(("below ground", text))

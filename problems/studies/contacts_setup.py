@@ -108,7 +108,7 @@ def describe_gaits(table):
         listed = [
             f"{friction:g}" + (f" ({', '.join(values)})" if values else "") for friction, values in places.items()
         ]
-        label = "" if other == "friction" else f" ({other.replace('_', ' ')} in parentheses)"
+        label = "" if other == "friction" else f" ({other.replace('_', ' ')} [m] in parentheses)"
         yield f"{name_gait(gait).capitalize()} {reason} at friction {', '.join(listed)}{label}."
 
 
