@@ -25,7 +25,6 @@ from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 MARKERS: dict[str, Any] = {
     "fold": "o",
@@ -131,7 +130,6 @@ def plot_branches(
     colors = {name: line_style(number)["color"] for number, name in enumerate(list_gait_names(diagram))}
     several_steps, cut = any(branch.steps > 1 for branch in diagram.branches), _find_cut(diagram)
     drawn: list[tuple[GaitBranch, Array, Array]] = []
-    pieces: list[list[Line2D]] = []
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for branch in diagram.branches:
@@ -139,18 +137,14 @@ def plot_branches(
             if coordinate not in branch.names:
                 continue
             heights = factor * branch.orbits[:, :, branch.names.index(coordinate)]
-            lines = _draw_branch(upper, branch, values, heights, colors)
+            _draw_branch(upper, branch, values, heights, colors)
             _draw_radii(lower, branch, colors, cut, angular=angular)
             drawn.append((branch, values, heights))
-            pieces.append(lines)
-        for (branch, values, heights), lines in zip(
-            drawn, pieces, strict=True
-        ):  # the sizes of the markers depend on the extent of all branches
+        for branch, values, heights in drawn:  # the sizes of the markers depend on the extent of all branches
             size = _choose_marker_size(upper, branch.steps, values, heights)
             _mark(upper, diagram, branch, branch.names.index(coordinate), factor, size)
             if size <= LEAST_MARKER:  # the markers would hide a branch that is hardly longer than they are
-                for line in lines:
-                    line.set_zorder(ABOVE_MARKERS)
+                _draw_branch(upper, branch, values, heights, colors, zorder=ABOVE_MARKERS)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower, cut)))
         _state_cut_radii(lower, diagram)
@@ -288,14 +282,11 @@ def _parameter_label(diagram: BranchDiagram) -> str:
 
 
 def _draw_branch(
-    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]
-) -> "list[Line2D]":
+    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], zorder: float = 2
+) -> None:
     """Draw a coordinate of a branch in pieces of equal sequence and stability, which have common points."""
-    return [
-        line
-        for piece, sequence, stable in split_branch(branch)
-        for line in axes.plot(values[piece], rows[piece], **_piece_style(branch, sequence, stable, colors))
-    ]
+    for piece, sequence, stable in split_branch(branch):
+        axes.plot(values[piece], rows[piece], zorder=zorder, **_piece_style(branch, sequence, stable, colors))
 
 
 def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], cut: float, *, angular: bool) -> None:

@@ -136,9 +136,10 @@ class _DrawnQuantity(NamedTuple):
 
 
 def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
-    """Return the robot of a sweep, and its contact sequence if it has one only, in at most three lines.
+    """Return the robot of a sweep and what its gaits have in common, in at most three lines.
 
-    The text is empty for an incomplete dataset.
+    The only contact sequence is stated over two parameters; over one parameter, it is in the legend.  The text is empty
+    for an incomplete dataset.
     """
     try:
         problem = json.loads(table.attrs["question"])["problem"]
@@ -146,7 +147,8 @@ def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
         return ""
     robot = str(problem.get("robot", "")).replace("_", " ")
     targets = "".join(f", {text}" for text in _list_targets(table, problem))
-    if not robot or table.sizes["sequence"] > 1:
+    named = sum(table.sizes[name] > 1 for name in table.status.dims) == 1  # in the legend
+    if not robot or named or table.sizes["sequence"] > 1:
         return wrap_text(f"{robot}{targets}", letters)
     sequences = shorten_sequence(str(table.sequence.values[0]))
     texts = [wrap_text(f"{robot}, {each}{targets}", letters) for each in sequences]
