@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_record
@@ -196,7 +197,8 @@ def begin_at_zero(axes: "Axes") -> None:
     if axes.dataLim.y0 >= 0 > axes.get_ylim()[0]:
         axes.set_ylim(bottom=0)
     for line in axes.lines:
-        line.set_clip_on(False)
+        if np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any():  # others would extend the layout to the corner
+            line.set_clip_on(False)
 
 
 def line_style(number: int) -> dict[str, Any]:

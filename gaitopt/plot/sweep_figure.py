@@ -159,7 +159,7 @@ def _list_targets(table: "xr.Dataset", problem: "Mapping[str, Any]") -> list[str
     """Return slope, friction, speed and step length as texts, unless they are axes or have no single value."""
     texts = []
     for name, unit in TARGETS.items():
-        value = table[name].values if name in table.coords else problem.get(name)
+        value: Any = table[name].values if name in table.coords else problem.get(name)
         if np.size(value) != 1 or not isinstance(number := np.asarray(value).item(), int | float):
             continue
         if np.isfinite(number) and (number or name != "slope"):
