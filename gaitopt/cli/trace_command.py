@@ -284,18 +284,18 @@ def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = 
     from gaitopt.cli.axis import convert_axes, refuse_script_parameter, unconverted_axes
     from gaitopt.cli.inputs import read_walk
     from gaitopt.cli.script import any_walk_problem, read_script
-    from gaitopt.continuation.parameter_values import check_range, gains_of, unit_of
+    from gaitopt.continuation.parameter_values import check_range, gains_of, law_of, unit_of
 
     name, ends = read_range(over, option)
     if not request.is_script:
         walk, cycle = read_walk(request)
-        check_range(walk.robot, name, ends, _law_of(walk))
+        check_range(walk.robot, name, ends, law_of(walk))
         return _announce_range(TraceInputs(walk, {name: ends}, cycle, unit_of(walk.robot, name)), hidden=hidden)
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = any_walk_problem(script)
-    law = _law_of(problem)
+    law = law_of(problem)
     refuse_script_parameter(script, name, [each.name for each in problem.robot.parameters] + list(gains_of(law)))
     check_range(problem.robot, name, ends, law)  # before anything is printed
     axes = {name: np.array(ends)}
@@ -307,13 +307,6 @@ def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = 
     if unit == "rad" and np.allclose(np.rad2deg((low, high)), ends):
         unit, factor = "deg", float(np.rad2deg(1.0))
     return _announce_range(TraceInputs(problem, {name: (low, high)}, None, unit, factor), hidden=hidden)
-
-
-def _law_of(problem: "AnyWalkProblem") -> object:
-    """Return the law of a walking problem, None without one."""
-    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
-
-    return problem.torque if isinstance(problem, PlanarWalkProblem) else problem.law
 
 
 def _announce_range(inputs: TraceInputs, *, hidden: bool) -> TraceInputs:
