@@ -23,8 +23,8 @@ class Command(TyperCommand):
     """A command with literal help."""
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, which convert texts and paths themselves."""
-        return convert_plainly(super().get_params(ctx))
+        """Return the parameters, which convert texts and paths themselves; flags have no type on the help page."""
+        return hide_flag_types(convert_plainly(super().get_params(ctx)))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command, which its invocation names; raise an error if its output may not be written."""
@@ -43,14 +43,25 @@ class CommandGroup(TyperGroup):
     """A group of commands with literal help."""
 
     def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, which convert texts and paths themselves."""
-        return convert_plainly(super().get_params(ctx))
+        """Return the parameters, which convert texts and paths themselves; flags have no type on the help page."""
+        return hide_flag_types(convert_plainly(super().get_params(ctx)))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page."""
         group = _escape_help(self)
         group.commands = {name: _escape_help(command) for name, command in self.commands.items()}
         super(CommandGroup, group).format_help(ctx, formatter)
+
+
+def hide_flag_types(parameters: list[Any]) -> list[Any]:
+    """Return the parameters of a command, of which flags have no type on the help page, since they take no value.
+
+    Versions of Typer that are based on Click show none anyway.
+    """
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.display_type_rich = lambda ctx: None
+    return parameters
 
 
 def require_separate_output(parameters: Mapping[str, Any]) -> None:

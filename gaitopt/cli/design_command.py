@@ -53,7 +53,8 @@ def design(
 ) -> None:
     """Optimise parameters of a walker together with its gaits, or plan a robust gait; replay and save the gaits.
 
-    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem.  For a
+    The script returns a Family, a GaitProblem or a PlanarProblem with free parameters, or a RobustProblem.  A
+    Family and a RobustProblem consist of gaits of robots with one foot on the ground at a time (GaitProblem).  For a
     RobustProblem, one gait and one law are planned for ranges of parameters and for pushes; the additional cost and
     the numbers of survived scenarios are reported, and the gains of the law are saved for 'gaitopt push --law'.
 

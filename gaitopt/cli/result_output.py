@@ -1,5 +1,6 @@
 """Output of results read from files: tables for the terminal, and facts as plain data for JSON."""
 
+import math
 from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -131,6 +132,11 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
     )
 
 
+def _limit_text(limit: float) -> str:
+    """Return a torque limit with its unit."""
+    return f"{limit:.4g} N m" if math.isfinite(limit) else "none"
+
+
 def print_gains(tuned: "TunedGains") -> None:
     """Print tuned gains as a table."""
     from gaitopt.cli.feedback_output import verification_text
@@ -150,9 +156,9 @@ def print_gains(tuned: "TunedGains") -> None:
     limits = tuned.settings.torque_limit
     table.add_row(
         "torque limits",
-        ", ".join(f"{name} {limit:.4g}" for name, limit in limits.items())
+        ", ".join(f"{name} {_limit_text(limit)}" for name, limit in limits.items())
         if isinstance(limits, Mapping)
-        else f"{limits:.4g}",
+        else _limit_text(limits),
     )
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))

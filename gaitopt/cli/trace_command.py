@@ -208,10 +208,10 @@ def _trace_request(
     from gaitopt.cli.trace_output import TraceProgress
 
     over, second = ranges
+    other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second").axis
     inputs = _trace_inputs(request, over, hidden=hidden)
     walk, axis, start = inputs.problem, inputs.axis, inputs.start
     progress = TraceProgress(display, next(iter(axis)), inputs.unit, inputs.factor)
-    other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second").axis
     options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
     if start is not None and not start.stable and not hidden:
         err.print(f"The saved gait is unstable (spectral radius {start.radius:.4g}).", soft_wrap=True)
@@ -284,19 +284,20 @@ def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = 
     from gaitopt.cli.axis import convert_axes, refuse_script_parameter, unconverted_axes
     from gaitopt.cli.inputs import read_walk
     from gaitopt.cli.script import any_walk_problem, read_script
-    from gaitopt.continuation.parameter_values import gains_of, unit_of
-    from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+    from gaitopt.continuation.parameter_values import check_range, gains_of, law_of, unit_of
 
     name, ends = read_range(over, option)
     if not request.is_script:
         walk, cycle = read_walk(request)
+        check_range(walk.robot, name, ends, law_of(walk))
         return _announce_range(TraceInputs(walk, {name: ends}, cycle, unit_of(walk.robot, name)), hidden=hidden)
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = any_walk_problem(script)
-    law = problem.torque if isinstance(problem, PlanarWalkProblem) else problem.law
+    law = law_of(problem)
     refuse_script_parameter(script, name, [each.name for each in problem.robot.parameters] + list(gains_of(law)))
+    check_range(problem.robot, name, ends, law)  # before anything is printed
     axes = {name: np.array(ends)}
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:

@@ -11,6 +11,8 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.quantity_labels import state_value
+from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
+from gaitopt.stability.walk_problem import WalkProblem
 
 AnyRobot = Robot | PlanarRobot
 SomeLaw = TypeVar("SomeLaw", Law, PlanarLaw)
@@ -25,6 +27,18 @@ def gains_of(law: object) -> dict[str, float]:
     {}
     """
     return dict(law.gain_values) if isinstance(law, Law | PlanarLaw) else {}
+
+
+def law_of(problem: WalkProblem | PlanarWalkProblem) -> object:
+    """Return the law of a walking problem, None without one.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> law_of(WalkProblem(robot=compass_biped())) is None
+    True
+    """
+    return problem.torque if isinstance(problem, PlanarWalkProblem) else problem.law
 
 
 def unit_of(robot: AnyRobot, name: str) -> str:

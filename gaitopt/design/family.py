@@ -9,6 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.dataclass import dataclass
 from gaitopt.design.shared_quantities import check_shared_quantities
 from gaitopt.errors import InputError
+from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
@@ -71,6 +72,12 @@ class Family:
         if len(problems) < 2:
             raise InputError(f"A Family needs at least two problems, got {len(problems)}.")
         for number, problem in enumerate(problems, start=1):
+            if isinstance(problem, PlanarProblem):
+                raise InputError(
+                    f"A Family is designed for robots with one foot on the ground (GaitProblem) only; problem {number} "
+                    "is a PlanarProblem. For a robot with several contacts, free={...} of one PlanarProblem makes "
+                    "parameters optimisation variables of its gait."
+                )
             check_type(f"problem {number} of a Family", problem, GaitProblem, "a GaitProblem(...)")
             problem.sequence.require_closed("A Family")
             if problem.robot is not problems[0].robot:

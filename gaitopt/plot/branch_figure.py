@@ -59,6 +59,9 @@ MARKER, LEAST_MARKER = 5.0, 2.0
 MARKER_SHARE = 0.15
 """Largest size of a marker over the extent of its branch, which it would otherwise hide."""
 
+ABOVE_MARKERS = 6
+"""Drawing order of lines above all markers."""
+
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
 STABLE_PIECE, UNSTABLE_PIECE = "_stable", "_unstable"
@@ -75,7 +78,7 @@ LARGEST_RADIUS = 4.0
 
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
-LINE, MOST_LINES = 58, 2
+LINE, MOST_LINES = 58, 3
 """Characters of a line of the title, and lines of the changed parameters in it; more parameters are counted."""
 
 LETTERS_PER_INCH, AXIS_WIDTH = 15.5, 0.75
@@ -140,6 +143,8 @@ def plot_branches(
         for branch, values, heights in drawn:  # the sizes of the markers depend on the extent of all branches
             size = _choose_marker_size(upper, branch.steps, values, heights)
             _mark(upper, diagram, branch, branch.names.index(coordinate), factor, size)
+            if size <= LEAST_MARKER:  # the markers would hide a branch that is hardly longer than they are
+                _draw_branch(upper, branch, values, heights, colors, zorder=ABOVE_MARKERS)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower, cut)))
         _state_cut_radii(lower, diagram)
@@ -276,10 +281,12 @@ def _parameter_label(diagram: BranchDiagram) -> str:
     return label_quantity(diagram.parameter, diagram.unit)
 
 
-def _draw_branch(axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any]) -> None:
+def _draw_branch(
+    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], zorder: float = 2
+) -> None:
     """Draw a coordinate of a branch in pieces of equal sequence and stability, which have common points."""
     for piece, sequence, stable in split_branch(branch):
-        axes.plot(values[piece], rows[piece], **_piece_style(branch, sequence, stable, colors))
+        axes.plot(values[piece], rows[piece], zorder=zorder, **_piece_style(branch, sequence, stable, colors))
 
 
 def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], cut: float, *, angular: bool) -> None:
@@ -312,7 +319,7 @@ def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, 
             markersize=size,
             color="0.15",
             markeredgewidth=size / MARKER,
-            zorder=5,
+            zorder=ABOVE_MARKERS - 1,
             label=point.label,
             **fill,
         )

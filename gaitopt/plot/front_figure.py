@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import label_quantity
-from gaitopt.plot.style import FigureStyle, line_style
+from gaitopt.plot.style import FigureStyle, begin_at_zero, line_style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,6 +62,7 @@ def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             axes.plot(values[~member], cost[~member], "o", label="dominated" if np.any(~member) else None, **open_mark)
             ring: dict[str, Any] = {"color": "0.15", "markerfacecolor": "none", "markersize": 9}
             axes.plot(values[knee], cost[knee], "o", label="knee" if knee.any() else None, **ring)
+            begin_at_zero(axes)
             axes.set_xlabel(label_quantity(name, front[name].attrs.get("units", "1")))
         panels[0].set_ylabel(label_quantity(front.attrs["objective"], front.cost.attrs.get("units", "1")))
         handles, labels = panels[0].get_legend_handles_labels()

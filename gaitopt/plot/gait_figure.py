@@ -42,8 +42,12 @@ title [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_ROW, NARROW_KEY = 1.45, 0.83, 0.25
-"""Height of each panel beyond four, and of every panel of a column with a key above it that has this height [inch]."""
+EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.7, 0.25
+"""Height of each panel beyond four; largest and least height of a panel of a column with a key above it that has the
+last height [inch]."""
+
+COLUMN_SPACE = 3.4
+"""Height of the panels of a column up to which their height is the largest [inch]."""
 
 MOST_PANELS = 4
 
@@ -224,7 +228,9 @@ def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
 def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
     """Draw the panels below one another, their keys above them; return the height that they need [inch]."""
     rows = choose_rows(view)
-    heights = [NARROW_ROW * height for height in _row_heights(rows, view)]
+    shares = _row_heights(rows, view)
+    row_height = float(np.clip(COLUMN_SPACE / sum(shares), LEAST_ROW, NARROW_ROW))
+    heights = [row_height * share for share in shares]
     grid = place.subgridspec(len(rows), 1, height_ratios=heights)
     panels_drawn: list[Axes] = []
     for row, (name, draw) in enumerate(rows.items()):

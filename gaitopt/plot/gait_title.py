@@ -38,7 +38,40 @@ def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
         facts.pop()
     texts = _describe_sequence(gait)
     second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
-    return f"{first}\n{second}\n{', '.join(facts)}"
+    settings = "" if title else _list_settings(gait, letters)
+    return f"{first}\n{second}\n{', '.join(facts)}{settings}"
+
+
+def _list_settings(gait: AnyGait, letters: int) -> str:
+    """Return a line with the parameters of the script that were set, so that gaits of different settings differ.
+
+    Settings that do not fit are counted.
+    """
+    script = gait.problem.get("script") or {}
+    texts = [f"{name.replace('_', ' ')} {_setting_text(script['parameters'][name])}" for name in script.get("set", ())]
+    shown = list(texts)
+    while shown and len(_state_settings(shown, len(texts))) > letters:
+        shown.pop()
+    return f"\n{_state_settings(shown, len(texts))}" if texts else ""
+
+
+def _state_settings(shown: list[str], count: int) -> str:
+    """Return a line with settings and the number of further ones.
+
+    Examples
+    --------
+    >>> _state_settings(["hip mass 5", "friction 0.2"], 3), _state_settings([], 2)
+    ('set: hip mass 5, friction 0.2, 1 more', 'set: 2 parameters')
+    """
+    more = count - len(shown)
+    if not shown:
+        return f"set: {more} parameter{'s' if more > 1 else ''}"
+    return "set: " + ", ".join([*shown, *([f"{more} more"] if more else [])])
+
+
+def _setting_text(value: object) -> str:
+    """Return the value of a parameter of a script as text."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _list_facts(gait: AnyGait) -> list[str]:

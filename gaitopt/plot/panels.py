@@ -30,8 +30,8 @@ SINGLE = {"color": "black"}
 MARK_SPACE = 0.015
 """Space beside the mark of an impulse at the end of a motion, as a share of its duration."""
 
-ROUNDING = 1e-6
-"""Range of the values of a panel, in its unit, below which a curve shows rounding errors only."""
+ROUNDING = 1e-5
+"""Range of the values of a panel, in its unit or over their size, below which a curve shows errors of the plan only."""
 
 _LETTER = 0.016
 """Width of a letter of a phase label, as a share of the time axis."""
@@ -256,11 +256,12 @@ def _draw_impulses(axes: "Axes", view: MotionView) -> None:
 
 
 def widen_constant(axes: "Axes") -> None:
-    """Set a range of one unit for values that are constant but for rounding errors."""
+    """Set a range of one unit, or of the size of the values, for values that are constant within errors of the plan."""
     low, high = axes.dataLim.intervaly
-    if np.isfinite(high - low) and high - low < ROUNDING:
+    size = max(abs(low), abs(high), 1.0)
+    if np.isfinite(high - low) and high - low < ROUNDING * size:
         middle = round((low + high) / 2, 6)
-        axes.set_ylim(middle - 0.5, middle + 0.5)
+        axes.set_ylim(middle - size / 2, middle + size / 2)
 
 
 def limit_time(axes: "Axes", view: MotionView) -> None:

@@ -37,7 +37,7 @@ LEAST_SHAPE = 0.08
 """Least height of the view over its width."""
 
 FRONT = 4
-"""Drawing order of the leg in front."""
+"""Drawing order of thin legs, which are above the thick ones that would hide them."""
 
 
 def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSample]:
@@ -130,7 +130,7 @@ def _segment_at(motion: MotionView, time: float) -> int:
 
 
 def _draw_feet(axes: "Axes", motion: MotionView, outlines: Array, feet: Sequence[int], slope: float) -> None:
-    """Draw the arcs of round feet, the first foot above the others.
+    """Draw the arcs of round feet, the thick first one below the others.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def _draw_feet(axes: "Axes", motion: MotionView, outlines: Array, feet: Sequence
     """
     for outline, foot in zip(np.moveaxis(outlines, 2, 0), feet, strict=True):
         color, _, order = leg_look(motion, foot)
-        width = 2.0 if order == FRONT else 1.3
+        width = 1.3 if order == FRONT else 2.0
         axes.plot(*tilt(outline, slope), color=color, linewidth=width, zorder=order, solid_capstyle="round")
 
 
@@ -153,7 +153,7 @@ def leg_look(motion: MotionView, contact: int | None) -> tuple[str, float, float
     if contact is None:
         return BODY, 2.0, 2
     number = motion.leg_of(contact)
-    return leg_color(number), 1.3 if number else 2.6, FRONT if number == 0 else FRONT - 1
+    return leg_color(number), 1.3 if number else 2.6, FRONT if number else FRONT - 1
 
 
 def _spacing(figures: Sequence[Array], cones: Sequence[tuple[float, float]]) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from attrs import field, frozen
 
 from gaitopt.arguments import check_record
@@ -13,6 +14,7 @@ from gaitopt.parameters import number_within, positive
 from gaitopt.plot.literal_text import finish_texts
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # The palette of Okabe and Ito is distinguishable for colour-blind readers; dashes distinguish lines in grey print.  Its
@@ -171,6 +173,32 @@ _LOOKS: dict[str, Any] = {
     "pdf.fonttype": 42,
     "svg.fonttype": "path",
 }
+
+
+def begin_at_zero(axes: "Axes") -> None:
+    """Begin axes at zero whose values are not negative, where a margin would extend below; marks at zero stay whole.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        With all lines drawn.
+
+    Examples
+    --------
+    >>> with FigureStyle().figure(2.0) as figure:
+    ...     axes = figure.add_subplot()
+    ...     lines = axes.plot([-1, 1], [0.001, 1])
+    ...     begin_at_zero(axes)
+    >>> bool(axes.get_xlim()[0] < -1), float(axes.get_ylim()[0])
+    (True, 0.0)
+    """
+    if axes.dataLim.x0 >= 0 > axes.get_xlim()[0]:
+        axes.set_xlim(left=0)
+    if axes.dataLim.y0 >= 0 > axes.get_ylim()[0]:
+        axes.set_ylim(bottom=0)
+    for line in axes.lines:
+        if np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any():  # others would extend the layout to the corner
+            line.set_clip_on(False)
 
 
 def line_style(number: int) -> dict[str, Any]:

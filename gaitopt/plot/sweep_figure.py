@@ -8,13 +8,15 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
-from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import LETTERS_PER_INCH, add_page_legend, shorten_sequence, wrap_text
+from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity, show_unit
+from gaitopt.plot.legends import LETTERS_PER_INCH, NO_BREAK, add_page_legend, shorten_sequence, wrap_text
 from gaitopt.plot.region_map import EMPTY, AreaLook, draw_regions, empty_patch
-from gaitopt.plot.style import NARROW, FigureStyle, area_color, line_style
+from gaitopt.plot.style import NARROW, FigureStyle, area_color, begin_at_zero, line_style
 from gaitopt.study.sweeps.sweep_file import find_cost_variable, name_variable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
@@ -25,6 +27,9 @@ HEIGHT, MAP_HEIGHT, EDGES_HEIGHT = 3.4, 2.8, 1.0
 
 MOST_LINES = 3
 """Lines of the title."""
+
+TARGETS = {"slope": "rad", "friction": "1", "speed": "m/s", "step_length": "m"}
+"""Quantities of a problem that the title states, and their units."""
 
 FAILURE_ROW = 0.07
 """Height of a row of crosses over that of the lines."""
@@ -131,19 +136,37 @@ class _DrawnQuantity(NamedTuple):
 
 
 def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
-    """Return the robot of a sweep, and its contact sequence if it has one only, in at most three lines.
+    """Return the robot of a sweep and what its gaits have in common, in at most three lines.
 
-    The text is empty for an incomplete dataset.
+    The only contact sequence is stated over two parameters; over one parameter, it is in the legend.  The text is empty
+    for an incomplete dataset.
     """
     try:
         problem = json.loads(table.attrs["question"])["problem"]
     except (KeyError, ValueError):
         return ""
     robot = str(problem.get("robot", "")).replace("_", " ")
-    if not robot or table.sizes["sequence"] > 1:
-        return wrap_text(robot, letters)
-    texts = [wrap_text(f"{robot}, {each}", letters) for each in shorten_sequence(str(table.sequence.values[0]))]
+    targets = "".join(f", {text}" for text in _list_targets(table, problem))
+    named = sum(table.sizes[name] > 1 for name in table.status.dims) == 1  # in the legend
+    if not robot or named or table.sizes["sequence"] > 1:
+        return wrap_text(f"{robot}{targets}", letters)
+    sequences = shorten_sequence(str(table.sequence.values[0]))
+    texts = [wrap_text(f"{robot}, {each}{targets}", letters) for each in sequences]
     return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1])
+
+
+def _list_targets(table: "xr.Dataset", problem: "Mapping[str, Any]") -> list[str]:
+    """Return slope, friction, speed and step length as texts, unless they are axes or have no single value."""
+    texts = []
+    for name, unit in TARGETS.items():
+        value: Any = table[name].values if name in table.coords else problem.get(name)
+        if np.size(value) != 1 or not isinstance(number := np.asarray(value).item(), int | float):
+            continue
+        if np.isfinite(number) and (number or name != "slope"):
+            shown = float(in_shown_unit(np.array(float(number)), unit))
+            words = "" if unit == "1" else show_unit(unit)
+            texts.append(f"{name.replace('_', ' ')} {shown:.4g} {words}".rstrip().replace(" ", NO_BREAK))
+    return texts
 
 
 def find_lowest(table: "xr.Dataset") -> "np.typing.NDArray[np.intp]":
@@ -183,6 +206,7 @@ def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: Fi
         if drawn.is_radius:
             axes.axhline(1, label=LIMIT_LABEL, **LIMIT_LOOK)
         axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
+        begin_at_zero(axes)
         failed = _mark_failures(axes, across, values[shown])
         axes.set(xlabel=label_quantity(name, unit), ylabel=drawn.label)
         handles, labels = axes.get_legend_handles_labels()
@@ -234,7 +258,9 @@ def _mark_failures(axes: "Axes", across: Array, values: Array) -> bool:
     for row, number in enumerate(incomplete):
         places = across[failed[number]]
         height = np.full(places.size, low - FAILURE_ROW * (high - low) * (row + 0.4))
-        axes.plot(places, height, "x", color=colours[number], markersize=4, label="_failure")
+        axes.plot(places, height, "x", color=colours[number], markersize=4, label="_failure", clip_on=False)
+    if low == 0 and incomplete.size:  # the axis is extended for the crosses only
+        axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= high])
     return bool(incomplete.size)
 
 

@@ -79,6 +79,11 @@ def test_help_pages_show_their_texts_as_they_are(name, command, monkeypatch):
             assert f"[default: ({parameter.show_default})]" in shown
 
 
+@pytest.mark.parametrize("name", [None, *GROUP.commands])
+def test_help_pages_state_no_type_for_flags(name, command):
+    assert "bool" not in command(*([] if name is None else [name]), "--help").out.lower()
+
+
 def test_help_has_units_to_show():
     texts = [parameter.help for command in GROUP.commands.values() for parameter in command.params]
     assert {"[N m]", "[rad/s]"} <= {unit for text in texts for unit in UNIT.findall(text)}

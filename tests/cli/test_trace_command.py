@@ -183,6 +183,21 @@ def test_invalid_requests_are_named(command, root, arguments, message):
     assert message in " ".join(result.err.split())
 
 
+@pytest.mark.parametrize(
+    ("source", "ranges"),
+    [
+        (WHEEL, ["--over", "fricton=1:0.5"]),
+        ("docs/examples/heel_toe.h5", ["--over", "fricton=1:0.5"]),
+        (WHEEL, ["--over", "friction=1:0.99", "--second", "slop=0.1:0.2"]),
+    ],
+)
+def test_nothing_is_printed_before_the_error_of_an_unknown_parameter(command, root, source, ranges):
+    result = command("trace", root / source, *ranges)
+    assert result.status == 2
+    assert result.out == ""
+    assert result.err.startswith("Error: ")
+
+
 def test_a_parameter_of_the_script_that_is_not_one_of_the_robot_is_named(command, script):
     text = """
 from gaitopt.model import vertical_hopper

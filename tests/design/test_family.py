@@ -25,7 +25,9 @@ from gaitopt import (
 )
 from gaitopt.design import family_solve, planned_gains, planned_law
 from gaitopt.design.family_solve import _join_bounds, _Member, _solve_first
+from gaitopt.model.robots.monopod import monopod
 from gaitopt.motion.gait_table import tabulate_gait
+from gaitopt.ocp import PlanarProblem
 from gaitopt.ocp.nlp.joint_nlp import JointLayout, join_nlps
 from gaitopt.progress import silent
 
@@ -236,3 +238,9 @@ def test_an_interrupt_of_any_solve_ends_the_family(shared, number):
     assert result.status is Status.INTERRUPTED
     assert len(starts) == number
     assert len(result.gaits) == 2
+
+
+def test_a_family_refers_problems_of_several_contacts_to_their_free_parameters():
+    problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.5, step_length=0.6)
+    with pytest.raises(InputError, match=r"problem 2 is a PlanarProblem\. .*free=\{\.\.\.\} of one PlanarProblem"):
+        Family(problems=(PROBLEM, problem))

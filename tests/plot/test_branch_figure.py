@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from gaitopt import FigureStyle, load_diagram, plot_branches
 from gaitopt.continuation.special_point import SpecialKind
-from gaitopt.plot.branch_figure import LEAST_MARKER, MARKER, _choose_marker_size
+from gaitopt.plot.branch_figure import LEAST_MARKER, MARKER, STABLE_PIECE, _choose_marker_size
 from gaitopt.plot.radius_curves import interpolate_radii
 from tests.conftest import ROOT
 from tests.plot.test_gait_figure import check_texts
@@ -157,11 +157,35 @@ def test_markers_are_small_on_short_branches():
     assert _choose_marker_size(axes, 1, values / 1000, whole / 1000) == LEAST_MARKER
 
 
-def test_a_title_has_three_lines_and_counts_further_parameters(diagram):
-    for width, last in ((7.2, "hip mass 10 kg, gravity 9.81 m/s²"), (3.5, "5 parameters are not the defaults")):
+def test_a_title_has_four_lines_and_counts_further_parameters(diagram):
+    lasts = {
+        7.2: "hip mass 10 kg, gravity 9.81 m/s²",
+        3.5: "gravity 9.81 m/s²",
+        2.5: "5 parameters are not the defaults",
+    }
+    for width, last in lasts.items():
         title = plot_branches(diagram, style=FigureStyle(width=width)).axes[0].get_title(loc="left").splitlines()
-        assert len(title) <= 3
+        assert len(title) <= 4
         assert title[-1] == last
+
+
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_short_branches_are_drawn_above_the_markers(diagram, width):
+    upper = plot_branches(diagram, style=FigureStyle(width=width)).axes[0]
+    markers = [line for line in upper.lines if line.get_label() == "period doubling"]
+    short = next(
+        line.get_color() for line in upper.lines if line.get_label() == STABLE_PIECE and is_eight(line, diagram)
+    )
+    orders = {line.get_zorder() for line in upper.lines if line.get_color() == short}
+    assert max(orders) > max(line.get_zorder() for line in markers)
+    first = upper.lines[0].get_color()
+    assert max(line.get_zorder() for line in upper.lines if line.get_color() == first) < markers[0].get_zorder()
+
+
+def is_eight(line, diagram):
+    """Return whether a line begins at the value of the branch of eight steps."""
+    values = next(np.degrees(branch.values) for branch in diagram.branches if branch.steps == 8)
+    return min(line.get_xdata()) == pytest.approx(values.min(), abs=1e-9)
 
 
 def test_the_sequences_of_several_contacts_are_named_as_by_the_search_for_gaits(diagram):

@@ -78,6 +78,18 @@ def test_a_comparison_does_not_magnify_rounding_errors(slipping, rng):
     assert [axes.get_ylim() for axes in torques] == [(-0.5, 0.5)] * 2
 
 
+def test_a_comparison_does_not_magnify_errors_of_the_plan(slipping, rng):
+    noise = [replace(s, torque=300 + 1e-4 * rng.random(s.torque.shape)) for s in slipping.motion.segments]
+    idle = replace(slipping, motion=replace(slipping.motion, segments=tuple(noise)))
+    torques = [axes for axes in plot_comparison(compare([idle])).axes if "torque" in axes.get_ylabel()]
+    assert [np.ptp(axes.get_ylim()) >= 1 for axes in torques] == [True] * 2
+
+
+def test_panels_of_a_column_are_lower_if_there_are_many(hop_gait):
+    assert len(choose_rows(view_motion(hop_gait.motion))) == 7
+    assert plot_gait(hop_gait, style=COLUMN).get_figheight() < 8.2
+
+
 @pytest.mark.parametrize("width", [3.5, 7.0])
 def test_a_figure_with_many_panels_is_not_taller_than_a_page(hop_gait, width):
     figure = plot_gait(hop_gait, style=FigureStyle(width=width, font_size=8.5))

@@ -84,6 +84,23 @@ def test_title_states_the_minimised_objective_first(slipping):
     assert narrow[2].startswith("torque squared 2.83 N² m² s")
 
 
+def test_title_states_the_parameters_that_were_set(slipping):
+    parameters = {"friction": 0.2, "hip_mass": 12.5, "intervals": 8}
+    script = {"file": "own.py", "sha256": "0", "parameters": parameters, "set": ["hip_mass", "intervals"]}
+    gait = replace(slipping, problem={**slipping.problem, "script": script})
+    assert plot_gait(gait).get_suptitle().splitlines()[-1] == "set: hip mass 12.5, intervals 8"
+    script["set"] = ["hip_mass", "intervals", "friction"]
+    narrow = plot_gait(gait, style=FigureStyle(width=2.5)).get_suptitle().splitlines()
+    assert narrow[-1] == "set: hip mass 12.5, 2 more"
+    assert "set:" not in plot_gait(gait, title="my own").get_suptitle()
+
+
+def test_a_thin_leg_is_drawn_above_the_thick_one_that_would_hide_it(slipping):
+    axes = axes_of(plot_gait(slipping))["stick figures"]
+    legs = {line.get_linewidth(): line.get_zorder() for line in axes.lines if line.get_linewidth() in (1.3, 2.6)}
+    assert legs[1.3] > legs[2.6]
+
+
 def test_title_says_whether_the_gait_was_replayed(slipping):
     assert "verified by replay" in draw(slipping).get_suptitle()
     assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()

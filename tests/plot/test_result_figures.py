@@ -1,5 +1,6 @@
 """Figures of every kind of result fit on a journal column and on a page, and show what the result contains."""
 
+import json
 import re
 from dataclasses import replace
 from itertools import combinations
@@ -250,11 +251,37 @@ def test_a_sweep_states_its_robot_and_its_only_sequence_and_names_points_without
 def test_the_title_of_a_sweep_has_at_most_three_lines():
     long = "heel A stick, toe B stick > heel A stick, toe B slip+ | heel A stick, toe A stick > toe A stick |"
     long += " heel B stick > heel B stick, toe B stick |"
-    table = make_sweep(slope=np.linspace(0.0, 0.1, 5)).isel(sequence=[1]).assign_coords(sequence=[long])
+    table = make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[1])
+    table = table.assign_coords(sequence=[long])
     assert title_of(plot_sweep(table)).replace("\n", " ") == f"compass biped, {long}"
     title = title_of(plot_sweep(table, style=FigureStyle(width=3.5)))
     assert title.count("\n") == 2
     assert title.endswith("\N{HORIZONTAL ELLIPSIS}")
+
+
+def test_the_title_of_a_sweep_states_the_targets_that_are_not_axes_and_the_legend_its_only_sequence():
+    problem = {"robot": "compass_biped", "slope": 0.1, "friction": 0.25, "speed": 0.6, "step_length": [0.4, 0.5]}
+    table = make_sweep(slope=np.linspace(0.0, 0.1, 5)).isel(sequence=[1])
+    figure = plot_sweep(table.assign_attrs(question=json.dumps({"problem": problem})))
+    assert title_of(figure) == "compass biped, friction 0.25, speed 0.6 m/s"
+    assert figure.legends[0].get_texts()[0].get_text() == SEQUENCES[1]
+
+
+def test_axes_of_a_sweep_begin_at_zero_instead_of_a_margin_below_it():
+    table = make_sweep(friction=np.linspace(0.0, 0.1, 5)).isel(sequence=[0])
+    table["objective"].attrs |= {"name": "torque_squared", "units": "N^2 m^2 s"}
+    for factor in (1.0, 0.0):
+        table["objective"].values[:] = factor * (table.cost_of_transport.values - 1.25)
+        (axes,) = plot_sweep(table).axes  # of a sequence with a point without a gait
+        (failure,) = [line for line in axes.lines if line.get_label() == "_failure"]
+        assert max(failure.get_ydata()) < 0  # below the line
+        assert min(axes.get_yticks()) >= 0
+        (axes,) = plot_sweep(table.isel(friction=slice(1, None))).axes
+        assert axes.get_ylim()[0] == 0
+    table["objective"].values[:] = table.cost_of_transport.values - 2
+    (axes,) = plot_sweep(table).axes
+    assert axes.get_ylim()[0] < -0.75
+    assert plot_sweep(table.fillna(1.0)).axes[0].get_xlim()[0] == 0
 
 
 def test_a_basin_has_a_colour_for_each_ending(results):

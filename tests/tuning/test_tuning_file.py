@@ -50,7 +50,7 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     assert "in at most" in words
     assert words in shown
     assert words in announced
-    assert "torque limits ankle 7, hip 8" in shown
+    assert "torque limits ankle 7 N m, hip 8 N m" in shown
     assert find_facts(load_tuning(path))["verified"]["push_radius"] == ball
     facts = json.loads(path.read_text(encoding="utf-8"))
     for name in ("steps", "tolerance", "settling", "beyond"):  # as in a file of an earlier version
