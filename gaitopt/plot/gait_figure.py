@@ -42,7 +42,7 @@ title [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.7, 0.25
+EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.74, 0.25
 """Height of each panel beyond four; largest and least height of a panel of a column with a key above it that has the
 last height [inch]."""
 

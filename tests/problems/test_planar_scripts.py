@@ -77,7 +77,8 @@ def test_a_straight_leg_that_scuffs_the_ground_in_mid_swing_is_a_fact_and_not_a_
     assert text.startswith("foot B by up to ")
     assert text.endswith(
         f"and by up to {1e3 * penetration.depth:.3g} mm while it is armed; it then rises to "
-        f"{1e3 * penetration.rise:.3g} mm above the ground, a height greater than this depth, so that its touchdown is valid"
+        f"{1e3 * penetration.rise:.3g} mm above the ground, a height greater than this depth, so that its touchdown is "
+        "valid"
     )
 
 
