@@ -1,5 +1,6 @@
 """Texts in figures: invalid mathematics, as in names of users, is shown literally, contact modes with a minus sign."""
 
+import functools
 from typing import TYPE_CHECKING
 
 from gaitopt.motion.printable import replace_controls, show_minus
@@ -33,6 +34,7 @@ def finish_texts(figure: "Figure") -> None:
                 text.set_parse_math(False)
 
 
+@functools.lru_cache(maxsize=1024)  # to parse a formula takes as long as to draw it, and figures have the same labels
 def _is_valid_math(text: str) -> bool:
     from matplotlib.mathtext import MathTextParser
 

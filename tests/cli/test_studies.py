@@ -60,18 +60,6 @@ def test_sweep_in_processes_knows_the_classes_of_a_script(command, quick):
     assert ran.status == 0, ran.err
 
 
-@pytest.mark.slow
-def test_a_cluster_finds_the_same_and_knows_the_classes_of_a_script(command, quick, scheduler):
-    arguments = ("sweep", quick, "--over", "friction=0.14,0.18", "--starts", "1")
-    far = command(*arguments, "--scheduler", scheduler, "-o", "far.nc")
-    assert far.status == 0, far.err
-    assert command(*arguments, "--workers", "1", "-o", "near.nc").status == 0
-    assert load_sweep("far.nc").identical(load_sweep("near.nc"))
-    both = command(*arguments, "--scheduler", scheduler, "--workers", "1", "-o", "f.nc")
-    assert both.status == 2
-    assert "--workers and --scheduler exclude each other" in both.err
-
-
 def test_sweep_refuses_what_cannot_be(command, quick):
     assert "twice" in command("sweep", quick, "--over", "friction=1:2:2", "--over", "friction=1:2:2", "-o", "f.nc").err
     assert "leg_mass" in command("sweep", quick, "--over", "leg_mas=1:2:2", "-o", "f.nc").err
@@ -250,3 +238,16 @@ def test_a_point_without_a_gait_is_not_reported_as_failed_while_sequences_are_mi
     table["status"] = (place, [["solved", "infeasible"], ["infeasible", status]])
     study_output._print_lowest(table, ["friction"])
     assert capsys.readouterr().out.rstrip().endswith(said)
+
+
+@pytest.mark.slow
+def test_a_cluster_finds_the_same_and_knows_the_classes_of_a_script(command, quick, scheduler):
+    """The last test of this file: the processes of the cluster, which end with the file, also work while they wait."""
+    arguments = ("sweep", quick, "--over", "friction=0.14,0.18", "--starts", "1")
+    far = command(*arguments, "--scheduler", scheduler, "-o", "far.nc")
+    assert far.status == 0, far.err
+    assert command(*arguments, "--workers", "1", "-o", "near.nc").status == 0
+    assert load_sweep("far.nc").identical(load_sweep("near.nc"))
+    both = command(*arguments, "--scheduler", scheduler, "--workers", "1", "-o", "f.nc")
+    assert both.status == 2
+    assert "--workers and --scheduler exclude each other" in both.err

@@ -144,3 +144,16 @@ def test_every_image_has_a_script():
     studies = {f"study_{path.stem}" for path in (ROOT / "problems/studies").glob("*.py")}
     assert {"compass_design", "study_compass_branches"} <= images
     assert images <= figures | studies
+
+
+def test_the_build_of_the_site_runs_every_cell_and_fails_with_it():
+    """Nothing else runs the notebooks."""
+    lines = ast.parse((ROOT / "docs" / "conf.py").read_text(encoding="utf-8")).body
+    settings = {
+        line.targets[0].id: line.value.value
+        for line in lines
+        if isinstance(line, ast.Assign) and isinstance(line.value, ast.Constant)
+    }
+    execution = {name: value for name, value in settings.items() if name.startswith("nb_execution")}
+    assert execution == {"nb_execution_mode": "force", "nb_execution_raise_on_error": True, "nb_execution_timeout": 180}
+    assert "nb_execution_excludepatterns" not in ast.unparse(lines)
