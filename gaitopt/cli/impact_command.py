@@ -84,6 +84,12 @@ def _read_state(
     if infinite:
         raise InputError(f"--state {infinite[0]} must be a finite number, got {values[infinite[0]]:g}.")
     coordinates, rates = (dict(getattr(problem, name, {})) for name in ("coordinates", "rates"))
+    if not values and not rates:
+        names = ", ".join(f"{name}_rate" for name in robot.coordinates)
+        raise InputError(
+            "The script states no motion, and a robot at rest has no impact: state rates with --state NAME=VALUE "
+            f"({names})."
+        )
     coordinates |= {name: values[name] for name in robot.coordinates if name in values}
     rates |= {name: values[f"{name}_rate"] for name in robot.coordinates if f"{name}_rate" in values}
     complete = len(values) == len(robot.state_names)

@@ -59,7 +59,7 @@ def _entry(path: Path) -> dict[str, Any] | None:
     from gaitopt.motion.summary import plain
 
     kind = "study" if path.parent.name == "studies" else "problem"
-    if kind == "study" and b"def study(" not in path.read_bytes():
+    if not _may_define(path, kind):
         return None
     try:
         parameters = plain(script_parameters(load_script(path, kind)))
@@ -67,3 +67,15 @@ def _entry(path: Path) -> dict[str, Any] | None:
     except GaitoptError as error:
         return {"script": str(path), "kind": kind, "description": "", "parameters": {}, "error": str(error)}
     return {"script": str(path), "kind": kind, "description": description, "parameters": parameters}
+
+
+def _may_define(path: Path, name: str) -> bool:
+    """Return whether a module defines a name, as far as its source shows: other modules are not run for a list."""
+    try:
+        nodes = [*ast.walk(ast.parse(path.read_bytes()))]
+    except (SyntaxError, ValueError):
+        return True  # the error is listed
+    functions = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
+    variables = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    imported = {node.asname or node.name for node in nodes if isinstance(node, ast.alias)}
+    return not {name, "*"}.isdisjoint(functions | variables | imported)

@@ -73,11 +73,13 @@ class RobustDesign:
         scenarios = self.plan.scenarios
         worst = worst_walk(self.robust.failures, scenarios.tolerance)
         pushes = f" and more than {format_count(scenarios.pushes, 'push', 'pushes')} each" if scenarios.push else ""
-        smaller = " and a smaller push=" if scenarios.push else ""
+        smaller = (
+            "a smaller push= (gaitopt push states the largest one that a gait survives), " if scenarios.push else ""
+        )
         remedy = (
-            f"Worst unseen scenario: {str(worst).removesuffix('.')}. Plan for more candidate scenarios, with more than "
-            f"{scenarios.values} values of each range{pushes} (values=, pushes= of Scenarios), or for narrower "
-            f"ranges{smaller}, or choose another law."
+            f"Worst unseen scenario: {str(worst).removesuffix('.')}. Plan for {smaller}narrower ranges or more "
+            f"candidate scenarios, with more than {scenarios.values} values of each range{pushes} (values=, pushes= of "
+            "Scenarios), or choose another law."
         )
         return f"{remedy} {self.plan.explain_deviation(worst)}".strip()
 

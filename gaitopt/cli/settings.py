@@ -46,10 +46,9 @@ def read_setting(text: str, defaults: Mapping[str, Any], script: str) -> tuple[s
         return name, value.strip("'\"")
     result = _target(value) if name in TARGETS else _literal(value)
     if isinstance(default, int | float) and not isinstance(result, int | float | tuple | list | dict | None):
+        kind = "True or False" if isinstance(default, bool) else "a number"
         accepted = ", bounds LOWER:UPPER, or free" if name in TARGETS else ""
-        raise InputError(
-            f"--set {name}: {name} must be a number like its default {default!r}{accepted}, got {value!r}."
-        )
+        raise InputError(f"--set {name}: {name} must be {kind} like its default {default!r}{accepted}, got {value!r}.")
     return name, result
 
 

@@ -42,12 +42,15 @@ HIGHER_THRESHOLDS = (0.25, 0.5)
 FASTER = 1.1
 """Ratio of a speed that is tried to the stated one."""
 
-MOST_ITERATIONS = 200
-"""Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 130."""
+MOST_ITERATIONS = 300
+"""Largest number of iterations of a solve in a trial: those that led to a verified gait took up to 208."""
 
 LONGEST_SHARE, LEAST_TIME = 2.0, 10.0
 """Largest duration of a trial, relative to that of the failed solve, and the least value of this limit [s]: far from a
 gait, restoration phases and refinements of a grid may take minutes."""
+
+STEEPEST = 0.35
+"""Largest slope that is tried if it may have been stated in rad instead of deg [rad]."""
 
 MOST_LIMITS = 3
 """Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
@@ -100,8 +103,10 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
         warnings = [*lower, *(each for each in warnings if each not in wrong)]
     elif not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
-        warnings += [each for each in suspects if each not in warnings]
-        warnings = [*_try_variants(problem, is_solved), *warnings]
+        if variants := tuple(_try_variants(problem, is_solved)):  # the sequence is then possible
+            warnings = [*variants, *(each for each in warnings if each not in suspects)]
+        else:
+            warnings += [each for each in suspects if each not in warnings]
     return failure.replace_fields(solver=report.replace_fields(conflicts=tuple(conflicts), warnings=tuple(warnings)))
 
 
@@ -174,10 +179,17 @@ def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
             f"A verified gait was found with the contacts of each foot exchanged, sequence='{sequence}': state this "
             "sequence if it is the intended one; otherwise check the positions of the contacts."
         )
-    if problem.slope < 0 and "slope" not in problem.free:
+    if problem.slope == 0 or "slope" in problem.free:
+        return
+    if problem.slope < 0:
         opposite = problem.replace(slope=-problem.slope)
         if is_solved(opposite):
             yield f"A verified gait was found on the opposite slope, downhill by {state_value(opposite.slope, 'rad')}."
+    elif (larger := math.degrees(problem.slope)) < STEEPEST and is_solved(problem.replace(slope=larger)):
+        yield (
+            f"A verified gait was found on the slope of {state_value(larger, 'rad')}, whose value in rad is the "
+            "present one in deg: check whether the script expects the slope in deg or in rad."
+        )
 
 
 def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:

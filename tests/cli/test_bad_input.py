@@ -22,6 +22,12 @@ def refused(run, folder, before=(), *, said=""):
     return run
 
 
+def test_a_setting_of_a_parameter_that_is_true_or_false(command, folder):
+    (folder / "walk.py").write_text("def problem(fast=False):\n    pass\n")
+    said = "fast must be True or False like its default False, got 'yes'"
+    refused(command("solve", "walk.py", "--set", "fast=yes"), folder, ["walk.py"], said=said)
+
+
 SETTINGS = [
     (["leg_mass=nan"], "leg_mass must be a finite number [kg], got nan"),
     (["leg_mass=-1"], "leg_mass must be greater than 0 [kg], got -1"),

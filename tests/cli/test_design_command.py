@@ -169,7 +169,8 @@ def test_a_plan_that_fails_in_unseen_scenarios_is_not_called_robust(command, scr
     assert run.status == 1
     headline = "not fully robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +"
     ending = "; only 6 of 7 unseen scenarios survived"
-    advice = "Worst unseen scenario: friction 0.185: ended after 2 steps: The walker fell. Plan for more candidate "
+    advice = "Worst unseen scenario: friction 0.185: ended after 2 steps: The walker fell. Plan for "
+    advice += "narrower ranges or more candidate "
     if option == "--json":
         facts = run.json
         assert (facts["robust"], facts["robust_unseen"]) == (True, False)

@@ -64,6 +64,7 @@ def test_one_impact_as_text(command, script):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ([], "The script states no motion, and a robot at rest has no impact: state rates with --state NAME=VALUE ("),
         (["--state", "c=1"], "no state coordinate 'c'"),
         (["--state", "a=-0.5", "--state", "b=0.1"], "foot B"),
         ([*state(0.15, 0.1), "--on", "foot C"], "no contact 'foot C'"),

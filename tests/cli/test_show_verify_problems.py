@@ -134,9 +134,17 @@ def test_problems_of_a_folder_that_does_not_exist(command, folder):
     assert run.err.startswith("Error: There is no folder problems")
 
 
+def test_a_module_that_defines_no_problem_is_not_run_for_the_list(command, folder):
+    (folder / "analysis.py").write_text("from pathlib import Path\nPath('touched').touch()\n")
+    (folder / "bound.py").write_text("problem = None\n")
+    entries = command("problems", ".", "--json").json["problems"]
+    assert [entry["script"] for entry in entries] == ["bound.py"]
+    assert not (folder / "touched").exists()
+
+
 def test_a_broken_script_does_not_hide_the_others(command, script, folder):
     script('"""Speed in [m/s] and [/nothing]."""\n\n\ndef problem(names=("[a]", 1)):\n    pass\n', "good.py")
-    script("import nosuchmodule\n", "broken.py")
+    script("import nosuchmodule\n\n\ndef problem():\n    pass\n", "broken.py")
     (folder / "binary.py").write_bytes(b"\xff\xfe\x00")
     (folder / "latin.py").write_bytes('# coding: latin-1\n"""Fünf."""\ndef problem(a=1): pass\n'.encode("latin-1"))
     entries = {entry["script"]: entry for entry in command("problems", ".", "--json").json["problems"]}

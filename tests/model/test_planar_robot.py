@@ -1,5 +1,7 @@
 """Assembly and checks of planar robots with any contacts."""
 
+import math
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -128,6 +130,18 @@ def test_a_sign_that_a_contact_shares_with_another_quantity_of_its_name_is_expla
         make_mirror({"a": "-b"}, coordinates, ["a", "b"], actuators)
     with pytest.raises(InputError, match=r"exchanged without a sign\.$"):
         make_mirror({"a": "-b"}, ["x"], ["a", "b"], [])
+
+
+def test_a_length_that_is_nan_is_named_instead_of_the_mirror():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    lengths = {"a": 1.0, "b": math.nan}
+    contacts = {
+        f"foot {name}": PointContact(hip + length * ca.vertcat(ca.sin(c.coordinate(name)), -ca.cos(c.coordinate(name))))
+        for name, length in lengths.items()
+    }
+    (fault,) = check_planar(biped(c, mirror={"a": "b", "foot a": "foot b"}, contacts=contacts)).faults
+    assert "the equations of motion are not finite (nan): check that every mass, length, position" in fault
 
 
 def test_a_mirror_that_misses_a_contact_is_a_fault():

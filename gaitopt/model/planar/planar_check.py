@@ -178,6 +178,11 @@ def _faults(
         return (f"{name} the mass matrix has a negative eigenvalue: a mass or an inertia is negative.",)
     if not -least > SINGULAR:
         return (f"{name} the mass matrix is singular{massless}; every coordinate needs a mass or an inertia.",)
+    if any(np.isnan(worst)):
+        return (
+            f"{name} the equations of motion are not finite (nan): check that every mass, length, position and "
+            "parameter of the script is a finite number.",
+        )
     if not energy < DIFFERENCED:
         faults.append(
             f"{name} the change of energy differs from the work of the forces by {energy:.3g} (relative error)."
