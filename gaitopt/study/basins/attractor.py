@@ -1,5 +1,6 @@
 """Attractors: a walk is simulated step by step until it repeats or fails."""
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -80,9 +81,15 @@ def classify_walk(walker: Walker, z: Array, criterion: SettlingCriterion | None 
         Coordinates of ``Section(robot, p, sliding=True)``.
     criterion : SettlingCriterion, optional
     """
-    section = Section(walker.robot, walker.p, sliding=True)
+    section = _section_of(walker)
     walk = _StepWalk(walker.walk_step, lambda state: state[section.places].tolist(), _repeats, _sequence_of)
     return _follow_walk(walk, section.embed(z), criterion or SettlingCriterion())
+
+
+@functools.lru_cache(maxsize=8)
+def _section_of(walker: Walker) -> Section:
+    """Return the section of the walks of a walker, the same one for all starts."""
+    return Section(walker.robot, walker.p, sliding=True)
 
 
 def classify_planar_walk(
