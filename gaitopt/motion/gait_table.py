@@ -119,7 +119,7 @@ def describe_certificate(gait: Gait | PlanarGait) -> Facts:
         return []
     facts, cost = [("optimum", certificate.sentence)], abs(gait.solver.objective)
     effects = [
-        f"{one.name} {100 * one.change(0.01) / cost:+.2g} %"
+        f"{one.name} {float(f'{100 * one.change(0.01) / cost:.2g}'):+g} %"
         for one in certificate.sensitivities[:MOST_SENSITIVITIES]
         if cost > 0
     ]

@@ -99,3 +99,12 @@ def test_the_table_of_a_gait_without_cost_has_no_relative_sensitivities(smooth):
     assert "sensitivity" in dict(tabulate_gait(smooth))
     free = smooth.replace_fields(solver=smooth.solver.replace_fields(objective=0.0))
     assert "sensitivity" not in dict(tabulate_gait(free))
+
+
+def test_large_relative_sensitivities_have_no_exponent(smooth):
+    solver = smooth.solver
+    cheap = smooth.replace_fields(solver=solver.replace_fields(objective=1e-4 * solver.objective))
+    (first, *_) = smooth.certificate.sensitivities
+    percent = 100 * first.change(0.01) / cheap.solver.objective
+    assert abs(percent) > 100
+    assert f"{first.name} {float(f'{percent:.2g}'):+.0f} %" in dict(tabulate_gait(cheap))["sensitivity"]
