@@ -31,6 +31,9 @@ SAME_SLOPE = (1e-8, 1e-3)
 taken from one of them; otherwise it is evaluated at each iterate."""
 MODEST = 3.0
 """Largest modulus of a multiplier for which this is done: errors of the derivative grow with the multipliers."""
+MOST_BISECTIONS = 100
+"""Largest number of bisections of an interval: they halve it to the smallest distance in about 50, unless the middle
+points lie on another branch, which then are at a distance that does not decrease."""
 Describe = Callable[[object], str]
 """Names the structure of a sample."""
 Test = Callable[[CurvePoint], float]
@@ -84,7 +87,10 @@ def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> 
     return [(near, far) for near, far in merged if near.sample.structure != far.sample.structure]
 
 
-def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[tuple[CurvePoint, CurvePoint]]:
+def _brackets(
+    stepper: Stepper, one: CurvePoint, other: CurvePoint, left: int = MOST_BISECTIONS
+) -> Iterator[tuple[CurvePoint, CurvePoint]]:
+    """Yield neighbours of different structure; those that `left` bisections do not bring together are not located."""
     if one.sample.structure == other.sample.structure:
         return
     distance = float(np.linalg.norm(stepper.position(other) - stepper.position(one)))
@@ -92,12 +98,14 @@ def _brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> Iterator[
         yield one, other
         return
     try:
-        middle = point_between(stepper, one, other, 0.5)
+        middle = point_between(stepper, one, other, 0.5) if left else None
     except LocationError:
+        middle = None
+    if middle is None:
         yield one, other
         return
-    yield from _brackets(stepper, one, middle)
-    yield from _brackets(stepper, middle, other)
+    yield from _brackets(stepper, one, middle, left - 1)
+    yield from _brackets(stepper, middle, other, left - 1)
 
 
 def describe_change(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:

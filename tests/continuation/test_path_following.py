@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from gaitopt.continuation import location
 from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
 from gaitopt.continuation.optimal.kkt_point import ActiveSet, KktPoint
 from gaitopt.continuation.optimal.parametric_nlp import Line, ParametricNlp
@@ -183,3 +184,18 @@ def test_the_tangent_keeps_its_direction_near_a_turning_point():
     packed, last = find_tangent(here, Metric(nlp), (np.array([-1.0]), 0.0))
     assert packed[0] < 0
     assert last / packed[0] == pytest.approx(2e-5, rel=1e-6)  # ds / dx = 2 x
+
+
+def test_middle_points_that_do_not_come_closer_end_the_location_of_a_change(monkeypatch):
+    """Middle points on another branch stay at their distance; the interval that is left is not divided without end."""
+    left, right = (SimpleNamespace(value=value, sample=SimpleNamespace(structure=value)) for value in (0.0, 1.0))
+    far, asked = SimpleNamespace(value=0.5, sample=left.sample), []
+
+    def find_far_point(stepper, one, other, share):
+        asked.append(share)
+        return far
+
+    monkeypatch.setattr(location, "point_between", find_far_point)
+    stepper = SimpleNamespace(position=lambda point: np.array([point.value, 5.0 * (point is far)]))
+    assert location.structure_brackets(stepper, left, right) == [(far, right)]
+    assert len(asked) == location.MOST_BISECTIONS
