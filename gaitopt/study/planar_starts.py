@@ -7,6 +7,7 @@ from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.reductions import rank_of
 from gaitopt.simulation.planar_verification import verify_planar
+from gaitopt.status import Status
 
 
 def solve_default(problem: PlanarProblem, starts: int) -> PlanarGait:
@@ -15,9 +16,22 @@ def solve_default(problem: PlanarProblem, starts: int) -> PlanarGait:
     A guess whose phases are those of another contact sequence is replaced by the linear guess between poses.
     """
     try:
-        gait = solve_planar(problem, starts=starts)
+        return solve_planar_start(problem, starts)
     except InputError:
-        gait = solve_planar(problem.replace(guess=PoseGuess()), starts=starts)
+        return solve_planar_start(problem.replace(guess=PoseGuess()), starts)
+
+
+def solve_planar_start(problem: PlanarProblem, starts: int = 1) -> PlanarGait:
+    """Return the gait of lowest objective from the guess of a problem and random starts, without its certificate.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user interrupts it: the last iterate is not a result of a study.
+    """
+    gait = solve_planar(problem, starts=starts)
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     return gait.without_certificate()
 
 

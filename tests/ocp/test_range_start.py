@@ -59,9 +59,14 @@ def test_the_gait_of_the_range_is_returned_and_otherwise_that_of_the_fixed_value
     assert any("it need not be the optimum of the range" in each for each in gait.solver.warnings) is warns
 
 
-def test_an_interrupt_ends_the_second_start(plan):
-    interrupted = plan.replace_fields(status=Status.INTERRUPTED)
-    gait = solve_from_range_ends(ranged(speed=(0.4, 0.8)), plan, Ipopt(), lambda problem, solver: interrupted)
+@pytest.mark.parametrize("before", [0, 1])
+def test_an_interrupt_ends_the_second_start(plan, before):
+    statuses = iter([Status.SOLVED] * before + [Status.INTERRUPTED])
+
+    def solve(problem, solver):
+        return plan.replace_fields(status=next(statuses))
+
+    gait = solve_from_range_ends(ranged(speed=(0.4, 0.8)), plan, Ipopt(), solve)
     assert gait.status is Status.INTERRUPTED
 
 

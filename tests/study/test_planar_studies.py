@@ -1,5 +1,7 @@
 """Sweeps and searches over the gaits of robots with several contacts."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
 from gaitopt.motion import PhaseSequence
 from gaitopt.ocp import solve_planar
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
-from gaitopt.study import load_sweep
+from gaitopt.study import load_sweep, planar_starts
 from gaitopt.study.sequence_search.planar_search import name_file
 from tests.ocp.multicontact_examples import walk
 
@@ -36,6 +38,44 @@ def test_a_sweep_has_the_optima_of_its_points_and_numbers_by_contact(problem, tm
     stored = load_sweep(tmp_path / "speeds.nc")
     np.testing.assert_array_equal(stored.objective, table.objective)
     assert stored.attrs["complete"] == 1
+
+
+class InterruptedSolves:
+    """Solves of which one receives Ctrl-C at its first iterate."""
+
+    def __init__(self, number):
+        self.number, self.count = number, 0
+
+    def __call__(self, problem, *, starts=1):
+        self.count += 1
+
+        def observe(iteration):
+            if self.count == self.number:
+                signal.raise_signal(signal.SIGINT)
+
+        return solve_planar(problem, starts=starts, observer=observe)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_an_interrupt_in_a_solve_ends_a_sweep_and_its_iterate_is_not_a_result(problem, monkeypatch, number):
+    """Each solve of a sweep in this process: of default starts, and warm-started from a neighbour."""
+    solves = InterruptedSolves(number)
+    monkeypatch.setattr(planar_starts, "solve_planar", solves)
+    axes = {"speed": [0.6, 0.633]}
+    if number == 1:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(problem, axes, starts=1)
+    else:
+        table = sweep(problem, axes, starts=1)
+        assert table.attrs["complete"] == 0
+        assert set(table.status.values.ravel()) <= {"solved", "pending"}
+    assert solves.count == number
+
+
+def test_an_interrupt_in_a_solve_ends_a_search(problem, monkeypatch):
+    monkeypatch.setattr(planar_starts, "solve_planar", InterruptedSolves(1))
+    with pytest.raises(KeyboardInterrupt):
+        search(problem, sequences=["foot A stick |"], starts=1)
 
 
 @pytest.mark.slow

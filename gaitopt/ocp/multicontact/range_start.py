@@ -48,6 +48,8 @@ def solve_from_range_ends(
             continue
         fixed = solved[-1]
         solved.append(solve_once(problem.replace(guess=FromPlanarGait(fixed)), nearby))
+        if solved[-1].status is Status.INTERRUPTED:
+            return failure.replace_fields(status=Status.INTERRUPTED)
         improved = solved[-1].status.ok and solved[-1].solver.objective <= fixed.solver.objective
         return _conclude(solved, solved[-1] if improved else fixed, targets, is_fixed=not improved)
     return failure

@@ -8,9 +8,14 @@ import numpy as np
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
-from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.study.planar_metrics import CONTACT_MEASURES, PLANAR_MEASURES
-from gaitopt.study.planar_starts import planar_objective, select_best, solve_default, verify_best_planar
+from gaitopt.study.planar_starts import (
+    planar_objective,
+    select_best,
+    solve_default,
+    solve_planar_start,
+    verify_best_planar,
+)
 from gaitopt.study.storage.failure_reason import explain_failure
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepTask
 
@@ -28,7 +33,7 @@ def solve_planar_task(grid: SweepGrid, task: SweepTask, *results: PlanarGait | N
     if task.kind == "point":
         return verify_best_planar([gait for gait in solved if gait.status.ok] or [solve_default(problem, grid.starts)])
     near = sorted((gait for point, gait in gaits if point != task.point and gait.status.ok), key=planar_objective)
-    continued = [solve_planar(problem.replace(guess=FromPlanarGait(gait))).without_certificate() for gait in near[:1]]
+    continued = [solve_planar_start(problem.replace(guess=FromPlanarGait(gait))) for gait in near[:1]]
     if task.kind == "cold" or not (solved or any(gait.status.ok for gait in continued)):
         continued.append(solve_default(problem, grid.starts))
     return select_best([*solved, *continued])

@@ -9,13 +9,11 @@ from attrs import evolve
 
 from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.step_check import require_valid_step
-from gaitopt.motion.planar_gait import AnyGait, PlanarGait
+from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_solver import solve_planar
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.objective import Objective
-from gaitopt.status import Status
 from gaitopt.study.multistart import (
     FINE_SOLVER,
     best,
@@ -25,7 +23,7 @@ from gaitopt.study.multistart import (
     verify_best,
     verify_by_cost,
 )
-from gaitopt.study.planar_starts import select_best, solve_default, verify_best_planar
+from gaitopt.study.planar_starts import select_best, solve_default, solve_planar_start, verify_best_planar
 from gaitopt.study.trade_offs.quantity import AnyProblem, Quantity
 
 SHARE = 0.01
@@ -109,11 +107,11 @@ class _PlanarSolves(FrontSolves):
         return problem.replace(transcription=evolve(problem.transcription, intervals=problem.counts))
 
     def solve_cold(self, problem: PlanarProblem, starts: int, *, refine: bool = True) -> list[Any]:
-        return [_finish(solve_default(problem if refine else _skip_refinement(problem), starts))]
+        return [solve_default(problem if refine else _skip_refinement(problem), starts)]
 
     def solve_near(self, problem: PlanarProblem, gait: PlanarGait, *, refine: bool = True) -> PlanarGait:
         guessed = problem.replace(guess=FromPlanarGait(gait))
-        return _finish(solve_planar(guessed if refine else _skip_refinement(guessed)).without_certificate())
+        return solve_planar_start(guessed if refine else _skip_refinement(guessed))
 
     def solve_extreme(
         self, problem: PlanarProblem, quantity: Quantity, gaits: Sequence[PlanarGait], starts: int
@@ -152,10 +150,3 @@ def _extreme_of(quantity: Quantity) -> Objective:
 
 def _skip_refinement(problem: PlanarProblem) -> PlanarProblem:
     return problem.replace(transcription=evolve(problem.transcription, tolerance=math.inf))
-
-
-def _finish(gait: AnyGait) -> Any:
-    """Return a gait; an interrupted one is not a result of a study."""
-    if gait.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return gait
