@@ -34,6 +34,9 @@ MODEST = 3.0
 MOST_BISECTIONS = 100
 """Largest number of bisections of an interval: they halve it to the smallest distance in about 50, unless the middle
 points lie on another branch, which then are at a distance that does not decrease."""
+LEAST_DECREASE, STALL = 0.95, 20
+"""Ratio of the lengths of an interval and of its half above which it has hardly decreased, and the number of bisections
+that this counts for."""
 Describe = Callable[[object], str]
 """Names the structure of a sample."""
 Test = Callable[[CurvePoint], float]
@@ -104,8 +107,9 @@ def _brackets(
     if middle is None:
         yield one, other
         return
-    yield from _brackets(stepper, one, middle, left - 1)
-    yield from _brackets(stepper, middle, other, left - 1)
+    for near, far in ((one, middle), (middle, other)):
+        shrinks = float(np.linalg.norm(stepper.position(far) - stepper.position(near))) < LEAST_DECREASE * distance
+        yield from _brackets(stepper, near, far, left - 1 if shrinks else max(left - STALL, 0))
 
 
 def describe_change(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:
