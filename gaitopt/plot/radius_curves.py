@@ -52,7 +52,7 @@ def interpolate_radii(branch: GaitBranch) -> list[tuple[Array, Array]]:
 
 def _interpolate_run(branch: GaitBranch, run: slice) -> list[tuple[Array, Array]]:
     """Return the curves between the gaits of a run of one contact sequence."""
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import PchipInterpolator  # monotone between two gaits, where a cubic spline may overshoot
 
     values, radii = branch.values[run], branch.radii[run]
     if values.size < 2:
@@ -62,7 +62,7 @@ def _interpolate_run(branch: GaitBranch, run: slice) -> list[tuple[Array, Array]
     if len(nodes) < 2:
         return [(values[k : k + 2], radii[k : k + 2]) for k in range(values.size - 1)]
     polynomials = np.array([np.poly(row).real for row in np.nan_to_num(branch.multipliers[run])])[:, 1:]
-    spline = CubicSpline(place[nodes], np.column_stack([values, polynomials])[nodes])
+    spline = PchipInterpolator(place[nodes], np.column_stack([values, polynomials])[nodes])
     curves = []
     for k, (one, other) in enumerate(itertools.pairwise(place)):
         between = spline(np.linspace(one, other, PARTS + 1)[1:-1])

@@ -88,7 +88,8 @@ def test_markers_are_smaller_where_special_points_are_closer(diagram):
 
 def take_gaits(branch, chosen, **changes):
     """Return a branch with some of its gaits, and no special points."""
-    arrays = {name: getattr(branch, name)[chosen] for name in ("values", "orbits", "multipliers", "sequences")}
+    names = ("values", "orbits", "multipliers", "sequences")
+    arrays = {name: getattr(branch, name)[chosen] for name in names if name not in changes}
     return replace(branch, special=(), **(arrays | changes))
 
 
@@ -120,6 +121,17 @@ def test_the_curve_of_the_radius_of_gaits_whose_state_is_constant_stays_between_
         assert np.all((values >= first.values[k]) & (values <= first.values[k + 1]))
         assert (values.size == 2) == (k == 19)
         assert radii[0] == first.radii[k]
+
+
+def test_the_curve_of_the_radius_does_not_overshoot_between_distant_gaits(diagram):
+    """The parameter rises along the branch, but gaits are near each other at its start and far apart at its end."""
+    first = diagram.branches[0]
+    chosen = [0, 1, 2, 3, 4, 5, first.values.size // 2, first.values.size - 1]
+    branch = take_gaits(first, chosen, sequences=tuple(first.sequences[k] for k in chosen))
+    orbits = branch.orbits.copy()
+    orbits[-1] += 3 * (orbits[-1] - orbits[0])
+    for k, (values, _) in enumerate(interpolate_radii(replace(branch, orbits=orbits))):
+        assert np.all((values >= branch.values[k]) & (values <= branch.values[k + 1]))
 
 
 def test_the_lower_panel_shows_a_curve_between_the_gaits(diagram):
