@@ -93,7 +93,9 @@ class Checkpoint:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Keep the file: every correction is in it already."""
+        """Keep the file, in which every correction is already; delete it after an error before the first one."""
+        if error is not None and not self._records:
+            self.delete()
 
     def delete(self) -> None:
         """Delete the file, when the trace is complete."""
