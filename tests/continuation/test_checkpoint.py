@@ -105,7 +105,12 @@ def test_the_checkpoint_of_another_trace_is_not_overwritten(tmp_path):
 
 def test_an_error_before_the_first_correction_leaves_no_file(tmp_path):
     path = tmp_path / "wheel.checkpoint"
-    with pytest.raises(InputError), Checkpoint(path, {"friction": [2, 3]}):
-        assert path.exists()
-        raise InputError("The range does not contain the start.")
+
+    def refuse():
+        with Checkpoint(path, {"friction": [2, 3]}):
+            assert path.exists()
+            raise InputError("The range does not contain the start.")
+
+    with pytest.raises(InputError, match="does not contain the start"):
+        refuse()
     assert not path.exists()
