@@ -93,8 +93,8 @@ class Checkpoint:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Keep the file, in which every correction is already; delete it after an error before the first one."""
-        if error is not None and not self._records:
+        """Keep the file, in which every correction is already; delete it after an error before the first solution."""
+        if error is not None and all(record["point"] is None for record in self._records):
             self.delete()
 
     def delete(self) -> None:

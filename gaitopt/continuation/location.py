@@ -32,8 +32,8 @@ taken from one of them; otherwise it is evaluated at each iterate."""
 MODEST = 3.0
 """Largest modulus of a multiplier for which this is done: errors of the derivative grow with the multipliers."""
 MOST_BISECTIONS = 100
-"""Largest number of bisections of an interval: they halve it to the smallest distance in about 50, unless the middle
-points lie on another branch, which then are at a distance that does not decrease."""
+"""Largest number of bisections of an interval.  About 50 reach the smallest distance, unless middle points lie on
+another branch, so that the distance does not decrease."""
 LEAST_DECREASE, STALL = 0.95, 20
 """Ratio of the lengths of an interval and of its half above which it has hardly decreased, and the number of bisections
 that this counts for."""

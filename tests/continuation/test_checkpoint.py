@@ -103,12 +103,15 @@ def test_the_checkpoint_of_another_trace_is_not_overwritten(tmp_path):
         Checkpoint(tmp_path / "none" / "wheel.checkpoint", REQUEST)
 
 
-def test_an_error_before_the_first_correction_leaves_no_file(tmp_path):
+@pytest.mark.parametrize("failed", [0, 1])
+def test_an_error_before_the_first_solution_leaves_no_file(tmp_path, failed):
     path = tmp_path / "wheel.checkpoint"
 
     def refuse():
-        with Checkpoint(path, {"friction": [2, 3]}):
+        with Checkpoint(path, {"friction": [2, 3]}) as checkpoint:
             assert path.exists()
+            for _ in range(failed):
+                checkpoint.record(np.zeros(2), np.ones(2), None)
             raise InputError("The range does not contain the start.")
 
     with pytest.raises(InputError, match="does not contain the start"):
