@@ -106,6 +106,16 @@ def test_less_is_left_to_do(name, stick, slip):
         assert products(to_trigonometric_form(robot).acceleration[mode]) <= most < products(robot.acceleration[mode])
 
 
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(("mode", "which"), [(Mode.SLIP_FORWARD, 0), (Mode.SLIP_BACKWARD, 1)])
+def test_the_guard_of_the_paradox_repeats_no_product_of_a_slip(name, mode, which):
+    robot = to_trigonometric_form(ROBOTS[name]())
+    q, v, u, p = robot.acceleration[mode].sx_in()
+    outputs = [*robot.acceleration[mode](q, v, u, p), robot.wellposed(q, p)[which]]
+    with_guard = ca.Function("slip", [q, v, u, p], ca.cse(outputs))
+    assert products(with_guard) == products(robot.acceleration[mode])
+
+
 def test_light_legs_lose_no_digits(rng):
     # The simplest walker: the legs' own equations are a millionth of the rest.
     robot = compass_biped()

@@ -61,10 +61,12 @@ def sliding_inertia(mass_matrix: ca.SX, friction: ca.SX) -> ca.SX:
 
     Slip is well posed while it is positive; otherwise Painleve's paradox occurs.
     """
-    per_foot = solve_symmetric(mass_matrix[2:, 2:], mass_matrix[2:, 0])
-    tangential, normal = ca.vertsplit(mass_matrix[:2, 0] - mass_matrix[:2, 2:] @ per_foot)
-    change = friction * normal
-    return ca.vertcat(tangential + change, tangential - change) / mass_matrix[0, 0]
+    # The same expressions as in the acceleration of a slip, so that integrators evaluate them once.
+    per_foot, fractions = solve_symmetric(mass_matrix[2:, 2:], mass_matrix[2:, 0]), []
+    for slide in (friction, -friction):
+        row = mass_matrix[0, :] + slide * mass_matrix[1, :]
+        fractions.append((row[0] - row[2:] @ per_foot) / mass_matrix[0, 0])
+    return ca.vertcat(*fractions)
 
 
 def solve_symmetric(matrix: ca.SX, right: ca.SX) -> ca.SX:
