@@ -312,7 +312,7 @@ def _contact(transcription: Transcription, problem: GaitProblem) -> Iterator[Rel
             ),
         )
     yield RelaxableLimit(
-        name="speed of the sliding foot",
+        name="least speed of the sliding foot",
         setting="Margins.slip_speed",
         value=problem.margins.slip_speed,
         unit="m/s",
