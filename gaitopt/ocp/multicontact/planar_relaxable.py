@@ -268,7 +268,7 @@ def _friction(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
             ),
         )
     yield RelaxableLimit(
-        name="speed of the sliding contacts",
+        name="least speed of the sliding contacts",
         setting="Margins.slip_speed",
         value=problem.margins.slip_speed,
         unit="m/s",
