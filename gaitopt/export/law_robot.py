@@ -5,6 +5,7 @@ from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
+from gaitopt.motion.stated_changes import find_closing
 
 
 def require_law(robot: Robot, law: object) -> Law:
@@ -24,6 +25,6 @@ def require_planar_law(robot: PlanarRobot, law: object) -> PlanarLaw:
             f"contacts, got {law!r}."
         )
     sizes = {(part.torque.size1_in(1), part.torque.size1_out(0)) for part in law.parts}
-    if sizes != {(robot.n_q, robot.n_u)} or law.section.removesuffix(" closes") not in robot.contact_names:
+    if sizes != {(robot.n_q, robot.n_u)} or not set(find_closing([law.section])) & set(robot.contact_names):
         raise InputError(f"The law {law.name!r} does not belong to the robot {robot.name!r}.")
     return law

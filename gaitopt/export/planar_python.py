@@ -9,12 +9,13 @@ from gaitopt.export.c_controller import list_law_functions
 from gaitopt.export.planar_impulses import write_python_impulses
 from gaitopt.export.python_code import write_array, write_function, write_literal
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.version import __version__
 
 
 def list_sections(robot: PlanarRobot, law: PlanarLaw) -> tuple[str, str]:
     """Return the contacts whose impact ends a period: with the legs of the plan, and with exchanged legs."""
-    contact = law.section.removesuffix(" closes")
+    (contact,) = find_closing([law.section])
     if robot.mirror is None:
         return contact, contact
     return contact, robot.contact_names[robot.mirror.contacts[robot.contact_names.index(contact)]]

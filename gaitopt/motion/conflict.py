@@ -29,6 +29,8 @@ class Conflict:
         Whether it is enough to relax this limit alone; otherwise all limits of the conflict must be relaxed.
     verified : bool or None
         Whether a gait was solved with the sufficient value and passed its replay; None if this was not tried.
+    item : str
+        The actuator, coordinate or point that is limited, if `setting` has a value for each; otherwise empty.
 
     Examples
     --------
@@ -48,6 +50,7 @@ class Conflict:
     unit: str
     separable: bool
     verified: bool | None = None
+    item: str = ""
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"

@@ -11,6 +11,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.terrain import Terrain
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.stated_changes import find_closing
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -130,7 +131,7 @@ def list_parts(robot: "PlanarRobot", motion: PlanarMotion) -> list[SampledPart]:
     parts = []
     for number, segment in enumerate(motion.segments):
         names = motion.events[number].names if number < len(motion.events) else ()
-        closing = frozenset(i for i, name in enumerate(robot.contact_names) if f"{name} closes" in names)
+        closing = frozenset(robot.contact_names.index(name) for name in find_closing(names))
         modes = tuple(mode for _, mode in segment.state.modes)
         parts.append(SampledPart(modes, segment.time, segment.q, segment.v, closing))
     return parts

@@ -22,6 +22,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.status import Status
 
 LEAST_IMPULSE = 1e-6
@@ -134,7 +135,7 @@ def _events(gait: PlanarGait) -> Facts:
         ]
         received = f"; impulse {', '.join(impulses)}" if impulses else ""
         received += "".join(f"; {landing}" for landing in _describe_landings(gait, event))
-        if not event.is_impact and any(name.endswith(" closes") for name in event.names):
+        if not event.is_impact and find_closing(event.names):
             received = "; without impulse"
         facts.append(("event", f"{' & '.join(event.names)} at {event.time:.4g} s{received}"))
         facts += _actuator_impulses(gait, event)

@@ -3,7 +3,7 @@
 A change is a contact and what it does, as results print it: ``"foot A opens"``, ``"knee closes"``, ``"foot B slip+"``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from gaitopt.errors import SequenceError, suggest
 from gaitopt.model.contacts.contact_state import ContactState
@@ -42,6 +42,18 @@ def list_changes(before: ContactState, outcome: ContactState, after: ContactStat
         elif old is not Mode.FREE and old is not new:
             changes.append(f"{name} {new.value}")
     return tuple(changes)
+
+
+def find_closing(changes: Iterable[str]) -> list[str]:
+    """Return the contacts that close by some changes.
+
+    Examples
+    --------
+    >>> find_closing(["foot B closes", "foot A opens"])
+    ['foot B']
+    """
+    parts = [change.rpartition(" ") for change in changes]
+    return [contact for contact, _, kind in parts if kind == CLOSES]
 
 
 def read_changes(part: str, text: str) -> tuple[str, ...]:

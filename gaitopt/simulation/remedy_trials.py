@@ -161,7 +161,7 @@ def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> 
     for change in CHANGES:
         value = conflict.limit + change * (conflict.sufficient - conflict.limit)
         try:
-            relaxed = replace_limit(problem, conflict.name, conflict.setting, conflict.limit, value)
+            relaxed = replace_limit(problem, conflict, value)
         except InputError:
             break
         if relaxed is None:

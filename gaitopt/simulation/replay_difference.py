@@ -5,7 +5,7 @@ from scipy.interpolate import CubicHermiteSpline
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_motion import PlanarMotion
-from gaitopt.motion.stated_changes import spell_release
+from gaitopt.motion.stated_changes import CLOSES, find_closing, spell_release
 
 
 def describe_differences(robot: PlanarRobot, planned: PlanarMotion, walked: PlanarMotion) -> list[str]:
@@ -58,7 +58,7 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
         )
         if real == planned_names:
             continue
-        closing = [name for name in robot.contact_names if f"{name} closes" in real - planned_names]
+        closing = [name for name in robot.contact_names if name in find_closing(real - planned_names)]
         gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
         return (
             f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead "
@@ -80,13 +80,12 @@ def describe_soft_touchdowns(planned: PlanarMotion) -> list[str]:
     []
     """
     return [
-        f"the touchdown '{name}' at {event.time:.4g} s of the plan is soft ('>'): its gap decreases with the third "
-        "power of time, so rounding errors change its time by milliseconds and the replay fails on any grid; use an "
-        "impact ('|') with an approach speed, such as Margins(touchdown_rate=0.1)"
+        f"the touchdown '{name} {CLOSES}' at {event.time:.4g} s of the plan is soft ('>'): its gap decreases with the "
+        "third power of time, so rounding errors change its time by milliseconds and the replay fails on any grid; use "
+        "an impact ('|') with an approach speed, such as Margins(touchdown_rate=0.1)"
         for event in planned.events
         if not event.is_impact
-        for name in event.names
-        if name.endswith(" closes")
+        for name in find_closing(event.names)
     ]
 
 

@@ -52,6 +52,7 @@ def awkward(slip_gait):
                 sufficient=math.nan,
                 unit="N m",
                 separable=False,
+                item="µ",
             ),
         ),
         warnings=("a duration is at its bound", 'quotes " and \\ and\nlines'),

@@ -22,7 +22,7 @@ from tests.walkers.heel_toe import LIGHT, heel_toe_step
 SPEED = Conflict(name="speed", setting="speed", limit=0.9, missing=0.5, sufficient=0.4, unit="m/s", separable=True)
 TORQUE = Conflict(
     name="torque limit of motor", setting="PlanarLimits.torque", limit=60.0, missing=10.0, sufficient=70.0,
-    unit="N m", separable=True,
+    unit="N m", separable=True, item="motor",
 )  # fmt: skip
 TOE_FIRST = "toe a stick | heel a stick |"
 
@@ -181,26 +181,27 @@ def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
 
 
 @pytest.mark.parametrize(
-    ("name", "setting", "limit", "value", "read"),
+    ("setting", "item", "limit", "value", "read"),
     [
-        ("speed", "speed", 0.9, 0.5, lambda problem: problem.speed),
-        ("step length", "step_length", 0.3, 0.2, lambda problem: problem.step_length[0]),
-        ("friction", "friction", 0.8, 1.2, lambda problem: problem.friction),
-        ("lower limit of coordinate a", "PlanarLimits.coordinate", -1, -2, lambda p: p.limits.coordinate["a"][0]),
-        ("upper limit of coordinate a", "PlanarLimits.coordinate", 1, 2, lambda p: p.limits.coordinate["a"][1]),
-        ("height of hip", "PlanarLimits.height", 0.5, 0.4, lambda problem: problem.limits.height["hip"]),
-        ("limit of the rates", "PlanarLimits.rate", 9, 10, lambda problem: problem.limits.rate),
-        ("approach speed of touchdown", "Margins.touchdown_rate", 0.1, 0.0, lambda p: p.margins.touchdown_rate),
+        ("speed", "", 0.9, 0.5, lambda problem: problem.speed),
+        ("step_length", "", 0.3, 0.2, lambda problem: problem.step_length[0]),
+        ("friction", "", 0.8, 1.2, lambda problem: problem.friction),
+        ("PlanarLimits.coordinate", "a", -1, -2, lambda problem: problem.limits.coordinate["a"][0]),
+        ("PlanarLimits.coordinate", "a", 1, 2, lambda problem: problem.limits.coordinate["a"][1]),
+        ("PlanarLimits.height", "hip", 0.5, 0.4, lambda problem: problem.limits.height["hip"]),
+        ("PlanarLimits.rate", "", 9, 10, lambda problem: problem.limits.rate),
+        ("Margins.touchdown_rate", "", 0.1, 0.0, lambda problem: problem.margins.touchdown_rate),
     ],
 )
-def test_each_limit_can_be_replaced(uphill, name, setting, limit, value, read):
+def test_each_limit_can_be_replaced(uphill, setting, item, limit, value, read):
     limits = PlanarLimits(coordinate={"a": (-1, 1)}, height={"hip": 0.5}, rate=9)
     problem = uphill.replace(limits=limits, step_length=(0.3, 0.45))
-    assert read(replace_limit(problem, name, setting, limit, value)) == value
+    conflict = dataclasses.replace(SPEED, name="a name in other words", setting=setting, item=item, limit=limit)
+    assert read(replace_limit(problem, conflict, value)) == value
 
 
 def test_a_limit_that_is_no_single_number_is_not_replaced(uphill):
-    assert replace_limit(uphill, "limit of the impulse of motor", "ActuatorImpulse.limits", 1.0, 2.0) is None
+    assert replace_limit(uphill, dataclasses.replace(SPEED, setting="ActuatorImpulse.limits"), 2.0) is None
 
 
 @pytest.mark.slow

@@ -97,11 +97,11 @@ def test_a_guard_that_is_negative_for_a_part_of_an_integrator_step_is_located(de
     piece = SmoothPiece(
         lambda t, y, middle: np.array([y[1], 2.0]),
         {"ground": lambda t, y, middle: y[0], "later": lambda t, y, middle: 1.5 - t},
-        lambda name, t, y: True,
+        lambda key, t, y: True,
         slopes={"ground": lambda t, y, middle: y[1]},
     )
     crossing = integrate_piece(piece, np.array([1 - depth, -2.0]), np.array([0.0, 3.0]))
-    assert crossing.name == name
+    assert crossing.key == name
     assert crossing.time == pytest.approx(1 - depth**0.5 if name == "ground" else 1.5, abs=1e-9)
 
 
@@ -109,11 +109,11 @@ def test_an_integration_that_fails_after_an_event_returns_the_event():
     """The solution 1 / (1 - t) of y' = y^2 becomes infinite."""
 
     def grow(guards):
-        piece = SmoothPiece(lambda t, y, middle: y**2, guards, lambda name, t, y: True)
+        piece = SmoothPiece(lambda t, y, middle: y**2, guards, lambda key, t, y: True)
         return integrate_piece(piece, np.array([1.0]), np.array([0.0, 2.0]))
 
     crossing = grow({"limit": lambda t, y, middle: 4.0 - y[0]})
-    assert (crossing.name, crossing.time) == ("limit", pytest.approx(0.75, abs=1e-9))
+    assert (crossing.key, crossing.time) == ("limit", pytest.approx(0.75, abs=1e-9))
     with pytest.raises(GaitoptError, match="The second integrator stops at"):
         grow({})
 

@@ -22,6 +22,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.stated_changes import CLOSES, find_closing
 from gaitopt.parameters import Parameter, check_type
 
 
@@ -193,13 +194,13 @@ def find_section(gait: PlanarGait) -> str:
     """
     check_type("gait", gait, PlanarGait, "a PlanarGait such as solve_planar(problem)")
     last = gait.require().motion.events[-1]
-    closing = [name for name in last.names if name.endswith(" closes")]
+    closing = find_closing(last.names)
     if not last.is_impact or not closing:
         raise InputError(
             f"The gait '{gait.sequence}' must end with an impact, at which the clock of a law is reset. "
             f"{_name_remedy(gait)}"
         )
-    return closing[0]
+    return f"{closing[0]} {CLOSES}"
 
 
 def _name_remedy(gait: PlanarGait) -> str:

@@ -14,6 +14,7 @@ from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarSegment
+from gaitopt.motion.stated_changes import find_closing
 
 IDLE = 1e-6
 """Torque [N m] or force [N] below which an actuator counts as idle."""
@@ -95,9 +96,7 @@ def plan_event_impulses(event: PlanarEvent) -> PlannedImpulses | None:
     values = EventImpulses.of(event.actuator_impulses)
     if values is None:
         return None
-    return PlannedImpulses(
-        next(name for name in event.names if name.endswith(" closes")).removesuffix(" closes"), values
-    )
+    return PlannedImpulses(find_closing(event.names)[0], values)
 
 
 def _columns(robot: PlanarRobot, segment: PlanarSegment, p: Array, count: int) -> Array:

@@ -7,6 +7,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarSegment
+from gaitopt.motion.stated_changes import CLOSES, find_closing
 
 
 class Stretch(NamedTuple):
@@ -102,4 +103,4 @@ def _name_ending(contact: str | None, event: PlanarEvent) -> str:
     """Return the event that ends a stretch: its contact opens, or a foot closes without impact after a flight."""
     if contact is not None:
         return f"{contact} opens"
-    return next(name for name in event.names if name.endswith(" closes"))
+    return f"{find_closing(event.names)[0]} {CLOSES}"

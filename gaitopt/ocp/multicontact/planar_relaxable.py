@@ -8,6 +8,7 @@ from attrs import evolve
 
 from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.planar_bounds import weight_of
 from gaitopt.ocp.multicontact.planar_builder import STAGES, impact_contacts
@@ -96,34 +97,33 @@ def typical_planar_sizes(transcription: PlanarTranscription, problem: PlanarProb
     return sizes
 
 
-def replace_limit(problem: PlanarProblem, name: str, setting: str, limit: float, value: float) -> PlanarProblem | None:
-    """Return a problem with another value of one of its limits; None for a limit that is no single number.
+def replace_limit(problem: PlanarProblem, conflict: Conflict, value: float) -> PlanarProblem | None:
+    """Return a problem with another value of a limit that conflicts; None for a limit that is no single number.
 
     Parameters
     ----------
     problem : PlanarProblem
-    name, setting : str
-        Those of the limit, see :func:`list_planar_limits`.
-    limit, value : float
-        Its present and its other value; for a range, those of the bound to be replaced.
+    conflict : Conflict
+    value : float
+        Value of the limit; for a range, that of the bound that is exceeded.
 
     Raises
     ------
     InputError
         If the value is invalid.
     """
+    setting, item = conflict.setting, conflict.item
     owner, _, attribute = setting.rpartition(".")
     limits, actuators = problem.limits, problem.robot.actuators
     if setting == "PlanarLimits.torque":
         torques = dict(zip(actuators, limits.torques(actuators), strict=True))
-        return problem.replace(limits=evolve(limits, torque=torques | {name.removeprefix("torque limit of "): value}))
+        return problem.replace(limits=evolve(limits, torque=torques | {item: value}))
     if setting == "PlanarLimits.coordinate":
-        side, _, coordinate = name.partition(" limit of coordinate ")
-        lower, upper = limits.coordinate[coordinate]
-        pair = (value, upper) if side == "lower" else (lower, value)
-        return problem.replace(limits=evolve(limits, coordinate={**limits.coordinate, coordinate: pair}))
+        lower, upper = limits.coordinate[item]
+        pair = (value, upper) if value < conflict.limit else (lower, value)  # a relaxed range is wider
+        return problem.replace(limits=evolve(limits, coordinate={**limits.coordinate, item: pair}))
     if setting == "PlanarLimits.height":
-        return problem.replace(limits=evolve(limits, height={**limits.height, name.removeprefix("height of "): value}))
+        return problem.replace(limits=evolve(limits, height={**limits.height, item: value}))
     if owner in ("PlanarLimits", "Margins"):
         field = "limits" if owner == "PlanarLimits" else "margins"
         return problem.replace(**{field: evolve(getattr(problem, field), **{attribute: value})})
@@ -131,7 +131,7 @@ def replace_limit(problem: PlanarProblem, name: str, setting: str, limit: float,
         return None
     ends = getattr(problem, setting)
     if isinstance(ends, tuple):
-        return problem.replace(**{setting: (value, ends[1]) if ends[0] == limit else (ends[0], value)})
+        return problem.replace(**{setting: (value, ends[1]) if ends[0] == conflict.limit else (ends[0], value)})
     return problem.replace(**{setting: value})
 
 
@@ -148,6 +148,7 @@ def _actuation(transcription: PlanarTranscription, problem: PlanarProblem) -> It
                 unit=unit,
                 size=units.torque(unit),
                 quantities=((False, transcription.variables.find(Kind.TORQUE, actuator), 1.0),),
+                item=actuator,
             )
 
 
@@ -198,6 +199,7 @@ def _geometry(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
                     quantities=((False, places, 1.0),),
                     sides=side,
                     is_least=side == "lower",
+                    item=name,
                 )
     yield RelaxableLimit(
         name="limit of the rates",
@@ -225,6 +227,7 @@ def _geometry(transcription: PlanarTranscription, problem: PlanarProblem) -> Ite
             size=units.length,
             quantities=((True, rows.find(Kind.HEIGHT, point), 1.0),),
             is_least=True,
+            item=point,
         )
 
 

@@ -184,6 +184,7 @@ class ElasticLimits:
             sufficient=self._sufficient(limit, value, is_lower, missing, result.x),
             unit=limit.unit,
             separable=separable,
+            item=limit.item,
         )
 
     def _sufficient(self, limit: RelaxableLimit, value: float, is_lower: bool, missing: float, x: Array) -> float:

@@ -141,12 +141,12 @@ def _solve_without(
     problem: GaitProblem, conflict: Conflict, guess: Guess, solver: NlpSolver, observer: Observer
 ) -> Conflict | None:
     """Return a conflict with the value of its limit in a gait without this limit; None if no such gait is found."""
-    limits, name = problem.limits, conflict.name.removeprefix("torque limit of ")
+    limits = problem.limits
     if conflict.setting in ("speed", "step_length"):
         relaxed = problem.replace(**{conflict.setting: None})
     elif conflict.setting == "Limits.torque":
         torques = dict(zip(problem.robot.actuators, limits.torques(problem.robot.actuators), strict=True))
-        relaxed = problem.replace(limits=evolve(limits, torque={**torques, name: math.inf}))
+        relaxed = problem.replace(limits=evolve(limits, torque={**torques, conflict.item: math.inf}))
     else:
         return None
     gait = solve_from_start(relaxed.replace(stability=None), guess, solver, observer)
@@ -154,7 +154,7 @@ def _solve_without(
     if not gait.status.ok:
         return None
     if conflict.setting == "Limits.torque":
-        row = problem.robot.actuators.index(name)
+        row = problem.robot.actuators.index(conflict.item)
         value = max(float(np.max(np.abs(segment.torque[row]))) for segment in gait.motion.segments)
     else:
         value = gait.speed if conflict.setting == "speed" else gait.step_length

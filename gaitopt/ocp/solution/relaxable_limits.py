@@ -43,6 +43,8 @@ class RelaxableLimit:
         Whether the value is the least admissible value of a quantity.
     keeps_fixed : bool
         Whether quantities with equal bounds are fixed by the contact sequence and are not relaxed.
+    item : str
+        The actuator, coordinate or point that it limits, if `setting` has a value for each; otherwise empty.
     """
 
     name: str
@@ -54,6 +56,7 @@ class RelaxableLimit:
     sides: str = "both"
     is_least: bool = False
     keeps_fixed: bool = False
+    item: str = ""
 
 
 def list_limits(transcription: Transcription, problem: GaitProblem) -> list[RelaxableLimit]:
@@ -195,6 +198,7 @@ def _actuation(transcription: Transcription, problem: GaitProblem) -> Iterator[R
             unit="N m",
             size=size,
             quantities=((False, variables.find(Kind.TORQUE, actuator), 1.0),),
+            item=actuator,
         )
         yield RelaxableLimit(
             name=f"torque-rate limit of {actuator}",
@@ -203,6 +207,7 @@ def _actuation(transcription: Transcription, problem: GaitProblem) -> Iterator[R
             unit="N m/s",
             size=10 * size / units.time,
             quantities=((True, rows.find(Kind.TORQUE_RATE, actuator), 1.0),),
+            item=actuator,
         )
 
 
@@ -223,6 +228,7 @@ def _geometry(transcription: Transcription, problem: GaitProblem) -> Iterator[Re
                 quantities=((False, variables.find(Kind.ANGLE, angle), 1.0),),
                 sides=side,
                 is_least=side == "lower",
+                item=angle,
             )
     yield RelaxableLimit(
         name="limit of the angular rates",

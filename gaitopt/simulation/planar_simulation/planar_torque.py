@@ -14,6 +14,7 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.torque_function import check_torque, passive_torque, torque_slope
 from gaitopt.motion.actuator_impulses import EventImpulses
 from gaitopt.motion.motion import Array
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.simulation.planar_simulation.law_torque import LawTorque, Measure, PartEquations
 from gaitopt.simulation.planar_simulation.phase_torque import LawState, PhaseTorque, TorqueSlope, TorqueSource
 
@@ -79,14 +80,14 @@ class _LawSource(TorqueSource):
 
     def __init__(self, robot: PlanarRobot, law: PlanarLaw) -> None:
         sizes = {(part.control.size1_in(1), part.control.size1_out(0)) for part in law.parts}
-        contact = law.section.removesuffix(" closes")
-        if sizes != {(robot.n_q, robot.n_u)} or contact not in robot.contact_names:
+        closing = find_closing([law.section])
+        if sizes != {(robot.n_q, robot.n_u)} or not set(closing) & set(robot.contact_names):
             raise InputError(
                 f"The law {law.name!r} with section {law.section!r} does not belong to robot {robot.name!r}, which has "
                 f"{robot.n_q} coordinates, {robot.n_u} actuators and the contacts {robot.contact_names}."
             )
         self._robot, self._law, self.n_latched = robot, law, len(law.latched)
-        place = robot.contact_names.index(contact)
+        place = robot.contact_names.index(closing[0])
         partner = place if robot.mirror is None else robot.mirror.contacts[place]
         self._ends = {False: robot.contact_names[place], True: robot.contact_names[partner]}
         self._functions = [part.torque for part in law.parts]

@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.planar_gait_summary import event_facts
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.motion.summary import ledger_facts, plain
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.planar_gaits.planar_friction import impact_ratios
@@ -36,7 +37,7 @@ def summarise_planar_cycle(cycle: PlanarCycle) -> dict[str, Any]:
     ['full length closes', 'sole opens']
     """
     critical, last = cycle.critical_friction, cycle.motion.events[-1]
-    closing = cycle.section.removesuffix(" closes")
+    (closing,) = find_closing([cycle.section])
     return plain(
         {
             "sequence": cycle.sequence,

@@ -16,6 +16,7 @@ from gaitopt.model.planar.phase_system import GuardKind
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.motion.stated_changes import CLOSES, find_closing
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_phase import PlanarPhase
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
@@ -136,8 +137,8 @@ def _find_guard(phase: PlanarPhase, ended_by: GuardKind, event: PlanarEvent) -> 
 
     Another guard may reach zero at the same instant.
     """
-    if event.outcome is None or ended_by.name == "closes":
+    if event.outcome is None or ended_by.name == CLOSES:
         return ended_by
-    names = phase.robot.contact_names
-    gaps = [kind for kind in phase.equations.guards if kind.name == "closes"]
-    return next((kind for kind in gaps if f"{names[kind.number]} closes" in event.names), ended_by)
+    names, closing = phase.robot.contact_names, find_closing(event.names)
+    gaps = [kind for kind in phase.equations.guards if kind.name == CLOSES]
+    return next((kind for kind in gaps if names[kind.number] in closing), ended_by)

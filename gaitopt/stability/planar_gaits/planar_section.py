@@ -11,6 +11,7 @@ from gaitopt.model.planar.impact_system import contact_slopes
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc, PlanarState
@@ -52,7 +53,7 @@ class PlanarSection:
         self._slopes, self._gaps, self._rows = (
             FastCall(function, p) for function in (contact_slopes(robot), robot.gaps, robot.rows)
         )
-        touching = {i for i, name in enumerate(robot.contact_names) if f"{name} closes" in event.names}
+        touching = {robot.contact_names.index(name) for name in find_closing(event.names)}
         outcome = next(
             (stage.outcome for stage in event.actuator_impulses if stage.moment == "after"),
             event.outcome or event.after,

@@ -1,6 +1,6 @@
 """Integration of smooth pieces of a motion by SciPy, with location of the first event on the dense output."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import field
 from itertools import pairwise
 from typing import Any
@@ -17,8 +17,8 @@ RELATIVE, ABSOLUTE = 1e-11, 1e-13
 VIOLATION = 1e-9
 """A guard below minus this value at the start of a piece is an event at the start."""
 
-Guards = Mapping[str, Callable[[float, Array, float], float]]
-"""Guards (t, y, middle) by name: an event occurs when one falls through zero."""
+Guards = Mapping[Any, Callable[[float, Array, float], float]]
+"""Guards (t, y, middle) by sortable keys: an event occurs when one falls through zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +27,13 @@ class Crossing:
 
     Attributes
     ----------
-    name : str or None
-        Name of the guard; None if the integration reached the last time.
+    key : hashable or None
+        Key of the guard; None if the integration reached the last time.
     time : float [s]
     state : (n,) array
     """
 
-    name: str | None
+    key: Any
     time: float
     state: Array
 
@@ -46,12 +46,12 @@ class SmoothPiece:
     ----------
     rate : callable
         (t, y, middle) -> time derivative of the state; `middle` is a time inside the present interval between corners.
-    guards : mapping of str to callable
+    guards : mapping to callable
     accepts : callable
-        (name, t, y) -> whether an event counts.
-    checked : tuple of str
+        (key, t, y) -> whether an event counts.
+    checked : tuple
         Guards that may be negative at the start of the motion or after a jump of the torques, which is an event, too.
-    slopes : mapping of str to callable
+    slopes : mapping to callable
         Rates (t, y, middle) of some guards.  Between two zeros of its rate a guard is monotonic, so that it is also
         located where it is negative for a part of a step of the integrator only, as at a touchdown that grazes the
         ground.
@@ -59,8 +59,8 @@ class SmoothPiece:
 
     rate: Callable[[float, Array, float], Array]
     guards: Guards
-    accepts: Callable[[str, float, Array], bool]
-    checked: tuple[str, ...] = ()
+    accepts: Callable[[Any, float, Array], bool]
+    checked: tuple[Hashable, ...] = ()
     slopes: Guards = field(default_factory=dict)
 
 
@@ -88,37 +88,37 @@ def integrate_piece(piece: SmoothPiece, state: Array, times: Array) -> Crossing:
     A body that falls from a height of 1 m at 2 m/s^2 reaches the ground after 1 s:
 
     >>> fall = SmoothPiece(lambda t, y, middle: np.array([y[1], -2.0]), {"ground": lambda t, y, middle: y[0]},
-    ...              lambda name, t, y: True)
+    ...              lambda key, t, y: True)
     >>> crossing = integrate_piece(fall, np.array([1.0, 0.0]), np.array([0.0, 0.7, 3.0]))
-    >>> crossing.name, round(crossing.time, 9)
+    >>> crossing.key, round(crossing.time, 9)
     ('ground', 1.0)
     """
     from scipy.integrate import solve_ivp
 
-    names, slopes, now = list(piece.guards), list(piece.slopes), float(times[0])
+    keys, slopes, now = list(piece.guards), list(piece.slopes), float(times[0])
     for end in map(float, times[1:]):
         middle = (now + end) / 2
-        for name in piece.checked:
-            if piece.guards[name](now, state, middle) < -VIOLATION and piece.accepts(name, now, state):
-                return Crossing(name, now, state)
+        for key in piece.checked:
+            if piece.guards[key](now, state, middle) < -VIOLATION and piece.accepts(key, now, state):
+                return Crossing(key, now, state)
         run = solve_ivp(
             piece.rate,
             (now, end),
             state,
             "DOP853",
-            events=[_falling(piece.guards[name]) for name in names] + [piece.slopes[name] for name in slopes],
+            events=[_falling(piece.guards[key]) for key in keys] + [piece.slopes[key] for key in slopes],
             args=(middle,),
             dense_output=True,
             rtol=RELATIVE,
             atol=ABSOLUTE,
         )
-        crossings = [(time, name) for name, at in zip(names, run.t_events, strict=False) for time in at]
-        for name, turns in zip(slopes, run.t_events[len(names) :], strict=True):
-            crossings += [(time, name) for time in _locate_falls(piece.guards[name], run, turns, middle)]
-        for time, name in sorted(crossings):
+        crossings = [(time, key) for key, at in zip(keys, run.t_events, strict=False) for time in at]
+        for key, turns in zip(slopes, run.t_events[len(keys) :], strict=True):
+            crossings += [(time, key) for time in _locate_falls(piece.guards[key], run, turns, middle)]
+        for time, key in sorted(crossings):
             at = np.asarray(run.sol(time), dtype=float)
-            if piece.accepts(name, float(time), at):
-                return Crossing(name, float(time), at)
+            if piece.accepts(key, float(time), at):
+                return Crossing(key, float(time), at)
         if run.status < 0:
             raise GaitoptError(f"The second integrator stops at {run.t[-1]:.6g} s: {run.message}")
         now, state = end, np.asarray(run.y[:, -1], dtype=float)

@@ -16,10 +16,11 @@ from gaitopt.errors import GaitoptError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent
+from gaitopt.motion.stated_changes import find_closing
 from gaitopt.study.audit.contact_solver import Contacts, ContactSolver
 from gaitopt.study.audit.piecewise_integration import Crossing, SmoothPiece, TorqueTable, integrate_piece
 from gaitopt.study.audit.second_replay import INSTANT, NAMES, SecondReplay
-from gaitopt.study.audit.swing_watch import EXTREMA, SwingWatch
+from gaitopt.study.audit.swing_watch import EXTREMA, ReplayGuard, ReplayGuardKind, SwingWatch
 
 AT_REST = 1e-9
 """Speeds below this are zero [m/s]."""
@@ -91,14 +92,14 @@ class _Period:
             parts.append(self._describe(contacts))
             end = self._flow(contacts, now, state)
             now, state = end.time, end.state
-            if end.name is None:
+            if end.key is None:
                 return _report_stop(parts, "no further event", now)
-            landed = end.name.startswith("gap")
-            if landed and self.gait.robot.contacts[int(end.name.split()[1])].falls:
+            landed = end.key.kind is ReplayGuardKind.GAP
+            if landed and self.gait.robot.contacts[end.key.place].falls:
                 return _report_stop(parts, "the robot falls", now)
             last = place + 1 == len(motion.events)
             self._swings.record(contacts.closed, state)
-            below = self._swings.find_touchdown_from_below(int(end.name.split()[1]) if landed else None, last=last)
+            below = self._swings.find_touchdown_from_below(end.key.place if landed else None, last=last)
             if below is not None:
                 return _report_stop(parts, f"{self.gait.robot.contact_names[below]} touches down from below", now)
             parts.append("|" if landed else ">")
@@ -128,7 +129,7 @@ class _Period:
         """Return the event that ends a phase."""
         last = self.gait.motion.segments[0].time[0] + LATE * self.gait.period
         guards = self._guards(contacts)
-        checked = tuple(name for name in guards if not name.startswith(("gap", "rest")))
+        checked = tuple(guard for guard in guards if guard.kind not in (ReplayGuardKind.GAP, ReplayGuardKind.REST))
         self._swings.record(contacts.closed, state)
 
         def rate(t: float, y: Array, middle: float) -> Array:
@@ -140,33 +141,32 @@ class _Period:
         piece = SmoothPiece(rate, watched, partial(self._accepts, contacts), checked)
         return integrate_piece(piece, state, np.array([now, *self._table.corners(now + INSTANT, last), last]))
 
-    def _accepts(self, contacts: Contacts, name: str, time: float, state: Array) -> bool:
-        if name.startswith(EXTREMA):
+    def _accepts(self, contacts: Contacts, guard: ReplayGuard, time: float, state: Array) -> bool:
+        if guard.kind in EXTREMA:
             self._swings.record(contacts.closed, state)
             return False
-        if name.startswith("rest"):
+        if guard.kind is ReplayGuardKind.REST:
             return time > self._begin + INSTANT
-        if not name.startswith("gap"):
+        if guard.kind is not ReplayGuardKind.GAP:
             return True
-        place = int(name.split()[1])
-        conditional = self.gait.robot.contacts[place].conditional
-        armed = not conditional or self._swings.is_armed(place, state)
+        conditional = self.gait.robot.contacts[guard.place].conditional
+        armed = not conditional or self._swings.is_armed(guard.place, state)
         return armed and time > self._begin + INSTANT
 
-    def _guards(self, contacts: Contacts) -> dict[str, Any]:
-        """Return the guards of a phase by name: gaps, normal forces, friction cones and slip speeds."""
-        guards: dict[str, Any] = {}
+    def _guards(self, contacts: Contacts) -> dict[ReplayGuard, Any]:
+        """Return the guards of a phase: gaps, normal forces, friction cones and slip speeds."""
+        guards: dict[ReplayGuard, Any] = {}
         for place in range(len(self.solver.bodies)):
             if place in contacts.closed:
-                guards[f"lift {place}"] = partial(self._normal, contacts, place)
+                guards[ReplayGuard(ReplayGuardKind.LIFT_OFF, place)] = partial(self._normal, contacts, place)
             else:
-                guards[f"gap {place}"] = partial(self._gap, place)
+                guards[ReplayGuard(ReplayGuardKind.GAP, place)] = partial(self._gap, place)
         for body, slide in contacts.slides:
             if slide:
-                guards[f"rest {body}"] = partial(self._slip, contacts, body, slide)
+                guards[ReplayGuard(ReplayGuardKind.REST, body=body)] = partial(self._slip, contacts, body, slide)
             elif np.isfinite(self.solver.static):
-                guards[f"forward {body}"] = partial(self._cone, contacts, body, 1)
-                guards[f"backward {body}"] = partial(self._cone, contacts, body, -1)
+                guards[ReplayGuard(ReplayGuardKind.FORWARD, body=body)] = partial(self._cone, contacts, body, 1)
+                guards[ReplayGuard(ReplayGuardKind.BACKWARD, body=body)] = partial(self._cone, contacts, body, -1)
         return guards
 
     def _gap(self, place: int, t: float, y: Array, middle: float) -> float:
@@ -187,19 +187,19 @@ class _Period:
 
     def _change(self, contacts: Contacts, end: Crossing) -> Contacts | None:
         """Return the modes after an event without impact."""
-        kind, subject = (end.name or "").split(" ", 1)
+        kind, leaving, body = end.key
         slides = dict(contacts.slides)
-        if kind in ("forward", "backward") and self._is_light(contacts, subject, end):
-            places = [place for place in contacts.closed if self.solver.bodies[place] == subject]
-            kind, subject = "lift", str(places[0])
-        if kind == "lift":
-            closed = tuple(place for place in contacts.closed if place != int(subject))
+        if kind in (ReplayGuardKind.FORWARD, ReplayGuardKind.BACKWARD) and self._is_light(contacts, body, end):
+            leaving = next(place for place in contacts.closed if self.solver.bodies[place] == body)
+            kind = ReplayGuardKind.LIFT_OFF
+        if kind is ReplayGuardKind.LIFT_OFF:
+            closed = tuple(place for place in contacts.closed if place != leaving)
             bodies = {self.solver.bodies[place] for place in closed}
             return Contacts(closed, tuple((body, slide) for body, slide in contacts.slides if body in bodies))
-        if kind == "rest":
-            slides[subject] = self._slide_from_rest(contacts, subject, end)
+        if kind is ReplayGuardKind.REST:
+            slides[body] = self._slide_from_rest(contacts, body, end)
         else:
-            slides[subject] = 1 if kind == "forward" else -1
+            slides[body] = 1 if kind is ReplayGuardKind.FORWARD else -1
         return replace(contacts, slides=tuple(slides.items()))
 
     def _is_light(self, contacts: Contacts, body: str, end: Crossing) -> bool:
@@ -222,7 +222,7 @@ class _Period:
             self.solver.gaps(end.state[: self._n])[0],
             self.solver.rows(end.state[: self._n], end.state[self._n :])[0],
         )
-        landing = int((end.name or "").split()[1])
+        landing = end.key.place
         falls = [c for c in range(gaps.size) if abs(gaps[c]) < AT_REST and normal[c] @ end.state[self._n :] < 0]
         places, impulses = tuple(sorted({*contacts.closed, landing, *falls})), self._take_impulses({landing, *falls})
         closed = contacts.closed
@@ -324,7 +324,7 @@ def _read_impulses(gait: PlanarGait, event: PlanarEvent) -> tuple[set[int], Arra
     names, values = gait.robot.contact_names, np.zeros((2, gait.robot.n_u))
     for stage in event.actuator_impulses:
         values[int(stage.moment == "after")] = stage.impulse
-    return {place for place, name in enumerate(names) if f"{name} closes" in event.names}, values
+    return {names.index(name) for name in find_closing(event.names)}, values
 
 
 def _table(segments: list) -> TorqueTable:

@@ -111,10 +111,10 @@ class _Step:
             phases.append(NAMES[slide])
             end = self._flow(slide, now, state)
             now, state = end.time, end.state
-            if end.name == "touchdown":
+            if end.key == "touchdown":
                 return self._land(phases, end)
-            if end.name is None or end.name == "lift-off":
-                reason = "no touchdown" if end.name is None else "the stance foot lifts off"
+            if end.key is None or end.key == "lift-off":
+                reason = "no touchdown" if end.key is None else "the stance foot lifts off"
                 return SecondReplay(" ".join(phases), f"{reason} at {now:.6g} s", np.inf, np.inf)
             slide = self._next_mode(end)
             if not slide:
@@ -131,8 +131,8 @@ class _Step:
         return 0 if abs(tangential) <= self.static * normal else -int(np.sign(tangential))
 
     def _next_mode(self, end: Crossing) -> int:
-        if end.name in ("forward", "backward"):
-            return 1 if end.name == "forward" else -1
+        if end.key in ("forward", "backward"):
+            return 1 if end.key == "forward" else -1
         end.state[self._slip] = 0.0
         return self._mode_at_rest(end.time, end.state)
 

@@ -1,7 +1,9 @@
 """Swings in which a contact is below the ground while it is armed, for the second replay."""
 
 from collections.abc import Callable
+from enum import StrEnum
 from functools import partial
+from typing import NamedTuple
 
 from gaitopt.motion.motion import Array
 from gaitopt.study.audit.contact_solver import ContactSolver
@@ -10,8 +12,39 @@ from gaitopt.study.audit.dense_call import DenseCall
 LEAST = 1e-6
 """Depth [m] from which an armed contact is below the ground."""
 
-EXTREMA = "armed below", "lowest", "highest"
-"""Names of the guards at which the gap of a contact is recorded."""
+
+class ReplayGuardKind(StrEnum):
+    """Kind of a guard of the second replay."""
+
+    GAP = "gap"
+    LIFT_OFF = "lift"
+    REST = "rest"
+    FORWARD = "forward"
+    BACKWARD = "backward"
+    ARMED_BELOW = "armed below"
+    LOWEST = "lowest"
+    HIGHEST = "highest"
+
+
+class ReplayGuard(NamedTuple):
+    """A guard of the second replay.
+
+    Attributes
+    ----------
+    kind : ReplayGuardKind
+    place : int
+        Number of its contact; -1 if it belongs to a body.
+    body : str
+        Body of its contacts that slide or stick together; empty if it belongs to one contact.
+    """
+
+    kind: ReplayGuardKind
+    place: int = -1
+    body: str = ""
+
+
+EXTREMA = ReplayGuardKind.ARMED_BELOW, ReplayGuardKind.LOWEST, ReplayGuardKind.HIGHEST
+"""Kinds of the guards at which the gap of a contact is recorded."""
 
 
 class SwingWatch:
@@ -32,13 +65,13 @@ class SwingWatch:
         """Return whether a contact can close in a state (q, v)."""
         return self._arm(place, state) > 0
 
-    def list_guards(self, closed: tuple[int, ...]) -> dict[str, Callable[[float, Array, float], float]]:
-        """Return guards by name; they fall through zero where a gap is to be recorded, without being events."""
-        guards: dict[str, Callable[[float, Array, float], float]] = {}
+    def list_guards(self, closed: tuple[int, ...]) -> dict[ReplayGuard, Callable[[float, Array, float], float]]:
+        """Return guards; they fall through zero where a gap is to be recorded, without being events."""
+        guards: dict[ReplayGuard, Callable[[float, Array, float], float]] = {}
         for place in self._places:
             if place not in closed:
                 rows = partial(self._onset, place), partial(self._rate, place, -1), partial(self._rate, place, 1)
-                guards |= {f"{name} {place}": row for name, row in zip(EXTREMA, rows, strict=True)}
+                guards |= {ReplayGuard(kind, place): row for kind, row in zip(EXTREMA, rows, strict=True)}
         return guards
 
     def record(self, closed: tuple[int, ...], state: Array) -> None:
