@@ -104,6 +104,7 @@ def test_an_interrupted_solve_ends_with_status_130(command, script, folder, monk
     assert (run.status, run.json["status"], run.json["files"]) == (130, "interrupted", [])
 
 
+@pytest.mark.slow
 def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     run = command("design", script(SCRIPT), "--set", "torque=0.1")
     assert run.status == 1

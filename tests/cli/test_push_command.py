@@ -52,6 +52,7 @@ def test_the_finished_kinds_are_kept_after_an_interrupt(command, slip_file, fold
         assert command("plot", "push.json").status == 0
 
 
+@pytest.mark.slow
 def test_the_same_command_completes_an_interrupted_test(command, slip_file, folder, interrupt_after, monkeypatch):
     interrupt_after("uphill slope")
     assert command("push", slip_file, *QUICK, "-o", "push.json").status == 130

@@ -181,6 +181,7 @@ def hardly_recovering(slip_gait, monkeypatch):
     monkeypatch.setattr("gaitopt.cli.law_trials.STARTS", 4)
 
 
+@pytest.mark.slow
 def test_the_law_that_recovers_best_is_tested_and_the_stated_command_tunes_it(
     command, slip_file, folder, hardly_recovering, monkeypatch
 ):

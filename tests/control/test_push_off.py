@@ -124,6 +124,7 @@ def test_the_derivative_of_a_step_with_events_is_exact(slip_gait, case):
     assert differences(returning, z, 1e-6)[:, : exact.shape[1]] == pytest.approx(exact, abs=1e-6 * scale)
 
 
+@pytest.mark.slow
 def test_engines_agree_on_late_readings_and_noise(slip_gait):
     law = push_off(ROBOT, joint_pd(ROBOT, slip_gait.motion, damping=2, torque_limit=8), torque=1.0, duration=0.1)
     first = slip_gait.motion.segments[0]

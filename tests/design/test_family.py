@@ -133,6 +133,7 @@ def test_the_worst_case_has_the_least_largest_cost(result):
     assert worst.objective == max(w * cost for w, cost in zip(worst.weights, worst.costs, strict=True))
 
 
+@pytest.mark.slow
 def test_a_family_without_a_gait_reports_which_one_failed():
     weak = PROBLEM.replace(limits=Limits(torque=0.1))
     failed = Family([PROBLEM, weak]).solve()
@@ -171,6 +172,7 @@ def test_the_message_of_gaits_without_common_torques_advises_bounds():
     assert failed.message.endswith("use bounds such as speed=(0.6267, 0.6393), step_length=(0.4666, 0.476)")
 
 
+@pytest.mark.slow
 def test_gaits_at_two_speeds_share_the_gains_of_their_law():
     bound = StabilityBound(radius=0.5, gain_limit=5)
     base = PROBLEM.replace(sequence="stick | stick", friction=0.2, free={}, stability=bound)

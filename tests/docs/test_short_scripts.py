@@ -40,6 +40,7 @@ def test_a_robot_and_its_gait_take_few_lines(heading):
     assert len({node.lineno for node in statements}) == len(statements)  # one on each line
 
 
+@pytest.mark.slow
 def test_the_walker_with_heel_and_toe_walks(run):
     names = run("Walker with heel and toe")
     walk = names["walk"]

@@ -133,6 +133,7 @@ def test_a_panel_has_room_for_a_legend_only_if_it_contains_one(slipping, width, 
     assert low == pytest.approx(below * 0.14, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_ticks_of_enlargements_side_by_side_lie_apart(slipping):
     first, parameters = slipping.motion.segments[0], slipping.motion.parameters
     law = feedforward(slipping.robot, slipping.motion)

@@ -58,6 +58,7 @@ def test_forces_and_impulses_balance_the_weight(name):
     assert impulse == pytest.approx(expected, abs=1e-3 * weight * motion.period)
 
 
+@pytest.mark.slow
 @every_script
 def test_the_energy_of_a_period_is_in_balance(name):
     ledger = gait_of(name).energy

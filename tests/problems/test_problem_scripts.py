@@ -116,6 +116,7 @@ def test_the_five_link_walker_keeps_its_knees_from_bending_backwards():
         assert angles.min() > 0.02 - 1e-4  # held at nodes, sampled between them too
 
 
+@pytest.mark.slow
 def test_the_five_link_walker_lifts_its_feet_in_replay_too():
     problem, gait = solved(SCRIPTS[0].parent / "five_link.py")
     walked, clearance = replay(gait).motion, problem.limits.clearance
@@ -137,6 +138,7 @@ def _swing_foot(segment, points):
     return CubicSpline(segment.time, place, axis=1)(np.linspace(*segment.time[[0, -1]], 2000))
 
 
+@pytest.mark.slow
 def test_a_grid_on_which_the_foot_is_too_low_between_nodes_is_doubled(monkeypatch):
     problem = build_problem(SCRIPTS[0].parent / "five_link.py", ["sequence=stick | stick"])
     coarse = problem.replace(friction=math.inf, transcription=Collocation(intervals=6, tolerance=10))

@@ -105,6 +105,7 @@ def test_search_ranks_sequences(rolling):
     assert [str(finding.sequence) for finding in found.findings] == ["slip+ stick | slip+", "stick | stick"]
 
 
+@pytest.mark.slow
 def test_laws_are_tuned(rolling, rolling_gait):
     family = controller_family_named("computed-torque", rolling.robot, rolling_gait.motion, torque_limit=40)
     options = GainSearchOptions(samples=2, starts=1, evaluations=2)

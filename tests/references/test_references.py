@@ -52,6 +52,7 @@ def test_no_script_uses_gaitopt(path):
         assert not any(name.partition(".")[0] == "gaitopt" for name in names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gait_a", "gait_b", "gait_c", "goswami"])
 def test_another_integrator_agrees(name, request):
     """A Runge-Kutta pair of order 5 instead of 8; but for one gait with ``--frozen=all`` only."""

@@ -51,6 +51,7 @@ def test_what_does_not_read_the_state_does_not_feel_a_delay(slip_gait):
     assert ends(late_walker(slip_gait, played, 0.05), state, 3) == pytest.approx(ends(plain, state, 3), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_small_delays_shift_a_walk_in_proportion(slip_gait, law):
     """The walk without delay is the limit; a law that reads its state d late is off by O(d)."""
     robot, state = compass_biped(), start(slip_gait)

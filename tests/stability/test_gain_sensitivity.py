@@ -27,6 +27,7 @@ def cycle_of(setting, law):
     return assess_stability(heavier, law)
 
 
+@pytest.mark.slow
 def test_it_agrees_with_differences_of_whole_assessments(setting):
     law = setting[2]
     found = gain_sensitivity(cycle_of(setting, law), law, gains=NAMES)

@@ -53,6 +53,7 @@ def test_latched_values_matter(setting):
     assert not np.allclose(found.derivative(z, found(z)), without.derivative(z, without(z)), atol=1e-2)
 
 
+@pytest.mark.slow
 def test_both_engines_agree(setting):
     z = setting[-1] + np.array([0, 0.01, 0, 0])
     ends, slopes = [], []

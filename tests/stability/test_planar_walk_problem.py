@@ -76,6 +76,7 @@ def test_the_reason_for_no_gait_from_the_given_state():
     assert other.explain_failure() == "The gait that is found from the given state has the sequence 'foot A stick |'."
 
 
+@pytest.mark.slow
 def test_the_walk_of_an_optimal_gait_is_found_from_its_state():
     gait = load(ROOT / "docs/examples/heel_toe.h5")
     law = planar_lqr(gait)

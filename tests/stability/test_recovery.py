@@ -35,6 +35,7 @@ def test_small_pushes_are_recovered_from_at_the_rate_of_the_multipliers(open_loo
     assert max(found.settling) <= np.log(0.1) / np.log(cycle.radius) + 10
 
 
+@pytest.mark.slow
 def test_the_largest_radius_is_where_returning_ends(open_loop):
     walker, cycle = open_loop
     found = find_largest_recovery(walker, cycle, TEST)
@@ -124,6 +125,7 @@ def test_walks_that_end_leave_or_need_more_steps_are_distinguished(factor, limit
     assert classify_unreturned_walk(walk, np.array([0.5]), 30) == expected
 
 
+@pytest.mark.slow
 def test_a_walk_that_needs_more_steps_returns_within_them(open_loop):
     few = attrs.evolve(TEST, steps=3)
     found = find_largest_recovery(*open_loop, few)
