@@ -44,6 +44,10 @@ class Comparison:
     gaits: dict[str, AnyGait]
     multipliers: dict[str, tuple[complex, ...]]
 
+    def __repr__(self) -> str:
+        costs = ", ".join(f"{gait.cost_of_transport:.4g}" for gait in self.gaits.values())
+        return f"Comparison({len(self.gaits)} gaits, costs of transport {costs})"
+
     def records(self) -> list[dict[str, Any]]:
         """Return a record for each gait, as plain data in SI units.
 

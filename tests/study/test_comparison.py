@@ -95,6 +95,8 @@ def test_a_table_of_robots_with_and_without_dampers(slip_gait, damped, capsys):
 def test_gaits_with_several_contacts_are_compared(hop_gait, slip_gait):
     """The terms add up to the cost, and what both kinds of gaits have is drawn for both."""
     found = compare({"hop": hop_gait, "again": hop_gait})
+    cost = f"{hop_gait.cost_of_transport:.4g}"
+    assert repr(found) == f"Comparison(2 gaits, costs of transport {cost}, {cost})"
     record = found.records()[0]
     terms = dict(record["energy_per_distance"])
     total = terms.pop("absolute_work")
