@@ -32,8 +32,7 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
         Limits of the actuators [N m or N], or empty; those far from the values are not drawn.
     """
     view = view_motion(motion)
-    friction, several = view.parameters["friction"], not view.is_single_support
-    cone = (friction, -friction) if np.isfinite(friction) else ()
+    several = not view.is_single_support
     charts = [
         _coordinate_chart(view, "rad", "Angles", "angle", "deg", np.rad2deg),
         _coordinate_chart(view, "m", "Lengths", "length", "m", np.asarray),
@@ -45,13 +44,20 @@ def time_charts(motion: AnyMotion, torque_limits: Mapping[str, Any]) -> list[Cha
     if several and view.loaded:
         title = "Normal forces over the weight"
         charts.append(_foot_chart(view, title, "normal force / weight", view.loaded, _normal_force, ()))
-    if view.sliding:
-        title = "Force ratio and friction cone" if view.cone_feet else "Force ratio"
-        charts.append(_foot_chart(view, title, "tangential / normal", view.sliding, _ratio, cone))
+    charts.append(force_ratio_chart(view))
     if any(part.slipping for part in view.segments):  # the slide of a gait that never slips is rounding noise
         title = "Slide of the feet" if several else "Slide of the stance foot"
         charts.append(_foot_chart(view, title, "slide since landing", view.sliding, _slide, (), "mm"))
     return [chart for chart in charts if chart is not None]
+
+
+def force_ratio_chart(motion: AnyMotion) -> Chart | None:
+    """Return the force ratio of the feet over time with the friction cone; None if no foot has a tangential force."""
+    view = view_motion(motion)
+    friction = view.parameters["friction"]
+    cone = (friction, -friction) if np.isfinite(friction) else ()
+    title = "Force ratio and friction cone" if view.cone_feet else "Force ratio"
+    return _foot_chart(view, title, "tangential / normal", view.sliding, _ratio, cone) if view.sliding else None
 
 
 def portraits(motion: AnyMotion) -> list[Chart]:

@@ -14,7 +14,7 @@ from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
 from gaitopt.report.markup import Element, element, table
-from gaitopt.report.motion_charts import portraits, time_charts
+from gaitopt.report.motion_charts import force_ratio_chart, portraits, time_charts
 from gaitopt.report.player import make_player
 from gaitopt.simulation.simulator import Rollout
 from gaitopt.stability.assessment import assess_stability
@@ -96,9 +96,8 @@ def gait_card(gait: AnyGait) -> Element:
     """Return a summary of a gait: its facts, force ratio and energy."""
     drawings = []
     if is_drawable(gait.motion):
-        charts = _time_charts(gait)
-        chosen = next((chart for chart in charts if chart.title.startswith("Force ratio")), charts[-1])
-        drawings = [chart_figure(chosen), _energy(gait)]
+        chart = force_ratio_chart(gait.motion) or _time_charts(gait)[-1]
+        drawings = [chart_figure(chart), _energy(gait)]
     return element("div", facts_table(gait), *drawings, class_="grid-of-figures")
 
 
