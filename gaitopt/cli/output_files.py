@@ -58,8 +58,9 @@ def check_output(command: str, parameters: Mapping[str, Any]) -> None:
     gaitopt.errors.InputError: Cannot write study: the file name has no suffix. Use .png (image), .pdf (vector, \
 for papers), .svg (vector, for web pages).
     """
-    for path, kinds in ((parameters.get("output"), ACCEPTED.get(command)), (parameters.get("figure"), FIGURES)):
-        if path is not None and kinds is not None:
+    for name, kinds in ((parameters.get("output"), ACCEPTED.get(command)), (parameters.get("figure"), FIGURES)):
+        if name is not None and kinds is not None:
+            path = Path(name)  # a text with some versions of Typer
             exported = ".py" in kinds and path.suffix.lower() == ".py"
             check_writable(path, heading="" if exported else None)  # the writer rejects other modules
             check_suffix(path, kinds)

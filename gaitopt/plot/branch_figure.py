@@ -20,7 +20,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity, show_unit
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.radius_curves import interpolate_radii
-from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
+from gaitopt.plot.style import FigureStyle, angle_symbol, line_style, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -330,7 +330,7 @@ def _choose_marker_size(axes: "Axes", steps: int, values: Array, heights: Array)
     extents = np.array([np.ptp(values), np.nanmax(np.ptp(heights, axis=0))])
     total = np.asarray(axes.dataLim.size)
     shares = extents / np.where(total > 0, total, 1.0)
-    box, figure = axes.get_window_extent(), axes.get_figure(root=True)
+    box, figure = axes.get_window_extent(), root_figure(axes)
     length = float(np.hypot(*(shares * box.size))) * 72 / (figure.dpi if figure else 72)
     return max(min(MARKER / math.sqrt(steps), MARKER_SHARE * length), LEAST_MARKER)
 

@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.motion.actuator_impulses import Moment
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView
-from gaitopt.plot.style import NARROW, line_style
+from gaitopt.plot.style import NARROW, line_style, root_figure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,7 +78,7 @@ def widen_legend_space(axes: "Axes") -> dict[str, Any]:
     """
     from matplotlib.transforms import ScaledTranslation
 
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     if figure is None or all(each.get_label() != _name_axis(axes) for each in figure.axes):
         return {}
     width = (NUMBERS_WIDTH if _is_narrow(axes) else AXIS_WIDTH) * float(axes.yaxis.label.get_fontsize()) / 72
@@ -87,7 +87,7 @@ def widen_legend_space(axes: "Axes") -> dict[str, Any]:
 
 def _is_narrow(axes: "Axes") -> bool:
     """Return whether axes belong to a figure of the width of a column."""
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     return figure is not None and figure.get_figwidth() < NARROW
 
 

@@ -9,7 +9,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.link_roles import tilt
 from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
-from gaitopt.plot.style import MODE_INK
+from gaitopt.plot.style import MODE_INK, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,7 +132,7 @@ def spread_places(places: Array, gap: float) -> Array:
 
 def _estimate_scale(axes: "Axes") -> float:
     """Return an estimate of the scale of stick figures [inch/m]."""
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     width, height = np.maximum(axes.dataLim.size, 1e-9)
     return float(min((figure.get_figwidth() if figure else 1.0) / width, TALLEST / height))
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
+from gaitopt.plot.style import root_figure
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -99,7 +100,7 @@ def add_page_legend(
     **placement
         Keywords of matplotlib's ``legend``.
     """
-    figure = owner.get_figure(root=True)
+    figure = root_figure(owner)
     if figure is None:
         raise ValueError("a legend needs axes or a figure that belong to a figure")
     wrapped = [show_minus(wrap_text(label, int(LETTERS_PER_INCH * width))) for label in labels]

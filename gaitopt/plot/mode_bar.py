@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.motion_view import MotionView
-from gaitopt.plot.style import MODE_FILL, MODE_HATCH
+from gaitopt.plot.style import MODE_FILL, MODE_HATCH, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def merge_modes(view: MotionView, contact: int) -> list[tuple[float, float, Mode
 
 def _letter_width(axes: "Axes", view: MotionView) -> float:
     """Return the width of a letter on the time axis [s]."""
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     return LETTER / (AXIS_SHARE * figure.get_figwidth()) * view.period if figure else 0.0
 
 

@@ -16,7 +16,7 @@ from gaitopt.plot.impulse_marks import draw_actuator_impulses
 from gaitopt.plot.interpolation import interpolate_samples
 from gaitopt.plot.legends import NO_BREAK
 from gaitopt.plot.slip_shading import shade_slips
-from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_style, line_style
+from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_style, line_style, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +107,7 @@ def draw_force_ratio(axes: "Axes", view: MotionView) -> None:
         axes.axhline(-friction, **LIMIT)
         reach = max(reach, friction)
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     wide = figure is not None and figure.get_figwidth() >= NARROW
     # No line is drawn below the cone, which leaves room for the legend; that of a column is above the panel.
     axes.set_ylim((-1.75 if wide else -1.25) * reach, 1.25 * reach)

@@ -14,6 +14,7 @@ from gaitopt.parameters import number_within, positive
 from gaitopt.plot.literal_text import finish_texts
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -199,6 +200,20 @@ def begin_at_zero(axes: "Axes") -> None:
     for line in axes.lines:
         if np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any():  # others would extend the layout to the corner
             line.set_clip_on(False)
+
+
+def root_figure(artist: "Artist") -> "Figure | None":
+    """Return the figure that contains an artist or a subfigure, of any version of matplotlib; None without any.
+
+    Examples
+    --------
+    >>> with FigureStyle().figure(2.0) as figure:
+    ...     axes = figure.subfigures().add_subplot()
+    >>> root_figure(axes) is root_figure(figure) is figure
+    True
+    """
+    parent = artist.figure
+    return None if parent is None else parent.figure
 
 
 def line_style(number: int) -> dict[str, Any]:

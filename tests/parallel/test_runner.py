@@ -144,7 +144,8 @@ def test_a_pool_whose_manager_ends_is_replaced(monkeypatch, capfd, count):
     """Without memory the manager of the first pools fails, and so does its attempt to report this to the tasks."""
     from loky.process_executor import _ExecutorManagerThread as Manager
 
-    run, pools = Manager._run_loop, []
+    loop = "_run_loop" if hasattr(Manager, "_run_loop") else "run"  # the latter before loky 3.5
+    run, pools = getattr(Manager, loop), []
 
     def fail(manager, *_):
         raise MemoryError
@@ -153,7 +154,7 @@ def test_a_pool_whose_manager_ends_is_replaced(monkeypatch, capfd, count):
         pools.append(manager)
         (fail if len(pools) <= count else run)(manager)
 
-    monkeypatch.setattr(Manager, "_run_loop", run_later_ones)
+    monkeypatch.setattr(Manager, loop, run_later_ones)
     monkeypatch.setattr(Manager, "terminate_broken", lambda *_: None)
     assert results(works.add, chain(4), 0, execution=TWO) == results(works.add, chain(4), 0)
     assert len(pools) > count
