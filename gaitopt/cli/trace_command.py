@@ -289,20 +289,20 @@ def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = 
     name, ends = read_range(over, option)
     if not request.is_script:
         walk, cycle = read_walk(request)
-        check_range(walk.robot, name, ends, law_of(walk))
+        check_range(walk, name, ends)
         return _announce_range(TraceInputs(walk, {name: ends}, cycle, unit_of(walk.robot, name)), hidden=hidden)
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = any_walk_problem(script)
-    law = law_of(problem)
-    refuse_script_parameter(script, name, [each.name for each in problem.robot.parameters] + list(gains_of(law)))
-    check_range(problem.robot, name, ends, law)  # before anything is printed
+    known = [each.name for each in problem.robot.parameters] + list(gains_of(law_of(problem)))
+    refuse_script_parameter(script, name, known)
     axes = {name: np.array(ends)}
+    low, high = convert_axes(script, problem, axes)[name].tolist()
+    check_range(problem, name, (low, high))  # before anything is printed
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:
         err.print(note, soft_wrap=True)
-    low, high = convert_axes(script, problem, axes)[name].tolist()
     unit, factor = unit_of(problem.robot, name), 1.0
     if unit == "rad" and np.allclose(np.rad2deg((low, high)), ends):
         unit, factor = "deg", float(np.rad2deg(1.0))

@@ -172,6 +172,7 @@ def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
         (["--over", "friction=1"], "NAME=FROM:TO"),
         (["--over", "friction=1:1"], "two different finite ends"),
         (["--over", "friction=1:0.5:10"], "NAME=FROM:TO"),
+        (["--over", "friction=1:-1"], "The range 1 to -1 of friction is invalid: friction must be at least 0, got -1."),
         (["--over", "friction=1:0.5", "-o", "x.txt"], "'.txt' is not that of a known format"),
         (["--over", "friction=1:0.5", "-o", "none/x.nc"], "does not exist"),
         (["--over", "friction=1:0.5", "--law", "lqr"], "--law is accepted for a saved gait only"),
@@ -189,9 +190,12 @@ def test_invalid_requests_are_named(command, root, arguments, message):
         (WHEEL, ["--over", "fricton=1:0.5"]),
         ("docs/examples/heel_toe.h5", ["--over", "fricton=1:0.5"]),
         (WHEEL, ["--over", "friction=1:0.99", "--second", "slop=0.1:0.2"]),
+        ("docs/examples/heel_toe.h5", ["--over", "friction=0.4:-1"]),
+        (WHEEL, ["--over", "friction=1:-1"]),
+        (WHEEL, ["--over", "friction=1:0.99", "--second", "mass=1:-2"]),
     ],
 )
-def test_nothing_is_printed_before_the_error_of_an_unknown_parameter(command, root, source, ranges):
+def test_nothing_is_printed_before_the_error_of_a_parameter_or_its_range(command, root, source, ranges):
     result = command("trace", root / source, *ranges)
     assert result.status == 2
     assert result.out == ""
