@@ -258,6 +258,30 @@ def test_an_interrupt_keeps_the_branches_followed(command, root, folder, monkeyp
     assert json.loads(json.dumps(diagram.records()))["branches"] == result.json["branches"]
 
 
+def test_an_unexpected_error_keeps_the_branches_followed(command, root, folder, monkeypatch):
+    from gaitopt.continuation import tracing
+
+    follow = tracing.trace_branches
+
+    def fail(*arguments, **options):
+        yield next(follow(*arguments, **options))
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    monkeypatch.setattr(tracing, "trace_branches", fail)
+    result = command("trace", root / WHEEL, "--over", "friction=1:0.9", "--json", "-o", "part.nc")
+    assert result.status == 1
+    assert result.json["complete"] is False
+    assert len(result.json["branches"]) == 1
+    assert "LinAlgError: Eigenvalues did not converge" in result.json["error"]
+    assert not load_diagram(folder / "part.nc").complete
+    message = " ".join(result.err.split())
+    assert "Error: The trace ended on branch 1, near friction = 0.9" in message
+    assert "LinAlgError: Eigenvalues did not converge (test_trace_command.py, line" in message
+    assert "are kept in part.nc.checkpoint. Run the same command again to resume." in message
+    assert "If the error recurs, trace a range that ends before friction = 0.9" in message
+    assert "Interrupted" not in message
+
+
 @pytest.mark.slow
 def test_an_interrupted_trace_is_continued_by_the_same_command(command, root, folder, monkeypatch):
     from gaitopt.continuation import tracing
