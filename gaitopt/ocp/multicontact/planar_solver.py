@@ -299,9 +299,11 @@ def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
-    """Return the failure of a problem that has no solution, without solving it."""
+    """Return the failure of a problem that has no solution, without solving it; or the interrupted evaluation."""
     start = _Start(solver, observer)
     result = start.solve(problem, limit=1)
+    if result.outcome.status is Status.INTERRUPTED:
+        return _report(result, start)
     failure = _report(replace(result, outcome=replace(result.outcome, status=Status.INFEASIBLE, message=reason)), start)
     return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
 
