@@ -51,7 +51,10 @@ def search(
         ),
     ],
     max_phases: Annotated[int, typer.Option(min=1, max=6, help="Maximum number of phases of a contact sequence.")] = 3,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts per contact sequence.")] = 4,
+    starts: Annotated[
+        int,
+        typer.Option(min=1, max=100, help="Number of initial guesses of each sequence, besides gaits of shorter ones."),
+    ] = 4,
     setting: Setting = None,
     workers: Workers = None,
     scheduler: Scheduler = None,

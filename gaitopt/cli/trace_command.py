@@ -12,7 +12,6 @@ import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
-    CycleStarts,
     EngineName,
     GainValues,
     Json,
@@ -23,6 +22,7 @@ from gaitopt.cli.options import (
     Source,
     StanceAngle,
     TorqueLimit,
+    TraceStarts,
     Verbose,
 )
 from gaitopt.cli.output import err
@@ -121,7 +121,7 @@ def trace(
     replay: ReplayInterval = 1,
     sequences: OptimalSequences = None,
     neighbours: Neighbours = False,
-    starts: CycleStarts = 32,
+    starts: TraceStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
