@@ -29,8 +29,9 @@ from gaitopt.cli.options import (
     Workers,
     label_files,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, print_reason, report_file
+from gaitopt.cli.output import describe_incomplete, err, exit_incomplete, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.stored_results import count_finished_sequences
 from gaitopt.cli.workers import worker_options
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ def search(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.study.sequence_search.search import SOLVES
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
@@ -78,18 +81,24 @@ def search(
         worker_options(workers, scheduler) as team,
         show_progress("optimisations", hidden=json, counted=True) as display,
     ):
+
+        def count(done: int, total: int) -> None:
+            sequences = total // SOLVES if isinstance(problem, GaitProblem) else total
+            display.count(done, total, f"({count_finished_sequences(output)} of {sequences} sequences finished)")
+
         ranking = search_sequences(
             problem,
             max_phases=max_phases,
             starts=starts,
             execution=team.execution(
-                display.count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
+                count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
             ),
             directory=output,
         )
     if json:
-        seconds = time.perf_counter() - began
-        print_json({"ranked": ranking.records(), "complete": ranking.complete, "seconds": seconds})
+        facts = {"complete": ranking.complete, "seconds": time.perf_counter() - began}
+        error = {} if ranking.complete else {"error": describe_incomplete("search", output)}
+        print_json({"ranked": ranking.records()} | facts | error)
     else:
         print_ranking(ranking)
         report_file(output)
@@ -119,7 +128,7 @@ def sweep(
     Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script
-    from gaitopt.cli.study_output import first_reason, print_sweep, sweep_facts
+    from gaitopt.cli.study_output import count_computed, first_reason, print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
 
     began = time.perf_counter()
@@ -140,12 +149,16 @@ def sweep(
             ),
             path=output,
         )
+    complete = bool(table.attrs["complete"])
     if json:
         print_json(sweep_facts(table) | {"file": str(output), "seconds": time.perf_counter() - began})
     else:
-        print_sweep(table)
+        print_sweep(table, is_last=complete)
+    if not complete:
+        exit_incomplete("sweep", output, f"{count_computed(table)} are written to {output}")
+    if not json:
         report_file(output)
-    _exit("sweep", output, bool(table.attrs["complete"]), bool((table.status == "solved").any()), first_reason(table))
+    _exit("sweep", output, True, bool((table.status == "solved").any()), first_reason(table))
 
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:
