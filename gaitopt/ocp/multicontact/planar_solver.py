@@ -19,6 +19,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
+from gaitopt.ocp.multicontact.cyclic_coordinates import fix_drifting_coordinates
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_problem
@@ -204,10 +205,12 @@ class _Start:
         solver = self.solver
         if isinstance(solver, Ipopt) and limit < solver.max_iterations:
             solver = evolve(solver, max_iterations=limit)
-        outcome = solver.minimise(
-            transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
-        )
+        data, further = planar_data(problem), (self.observer, multipliers, BARRIER_NEARBY)
+        outcome = solver.minimise(transcription.nlp, x, data, bounds, *further)
         self.iterations += outcome.iterations
+        if (fixed := fix_drifting_coordinates(transcription, data, bounds, x, outcome)) is not None:
+            outcome = solver.minimise(transcription.nlp, x, data, fixed, *further)
+            self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
         return GridResult(problem, transcription, bounds, outcome)
