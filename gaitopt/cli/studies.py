@@ -35,6 +35,9 @@ from gaitopt.cli.stored_results import count_finished_sequences
 from gaitopt.cli.workers import worker_options
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitopt.cli.progress_display import Display
     from gaitopt.motion.motion import Array
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
@@ -72,8 +75,6 @@ def search(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
-    from gaitopt.ocp.problem import GaitProblem
-    from gaitopt.study.sequence_search.search import SOLVES
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
@@ -81,17 +82,14 @@ def search(
         worker_options(workers, scheduler) as team,
         show_progress("optimisations", hidden=json, counted=True) as display,
     ):
-
-        def count(done: int, total: int) -> None:
-            sequences = total // SOLVES if isinstance(problem, GaitProblem) else total
-            display.count(done, total, f"({count_finished_sequences(output)} of {sequences} sequences finished)")
-
         ranking = search_sequences(
             problem,
             max_phases=max_phases,
             starts=starts,
             execution=team.execution(
-                count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
+                _sequence_counter(display, problem, output),
+                functools.partial(load_script, script.resolve()),
+                active_observer=display.show_active,
             ),
             directory=output,
         )
@@ -103,6 +101,22 @@ def search(
         print_ranking(ranking)
         report_file(output)
     _exit("search", output, ranking.complete, ranking.findings[0].ranked, ranking.findings[0].reason)
+
+
+def _sequence_counter(
+    display: "Display", problem: "GaitProblem | PlanarProblem", output: Path
+) -> "Callable[[int, int], None]":
+    """Return the observer of a search, which shows the finished sequences beside the optimisations."""
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.study.sequence_search.search import SOLVES
+
+    solves = SOLVES if isinstance(problem, GaitProblem) else 1
+
+    def count(done: int, total: int) -> None:
+        finished = count_finished_sequences(output)
+        display.count(done, total, f"({finished} of {total // solves} sequences finished)")
+
+    return count
 
 
 def sweep(
@@ -128,7 +142,7 @@ def sweep(
     Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script
-    from gaitopt.cli.study_output import count_computed, first_reason, print_sweep, sweep_facts
+    from gaitopt.cli.study_output import describe_progress, first_reason, print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
 
     began = time.perf_counter()
@@ -155,7 +169,7 @@ def sweep(
     else:
         print_sweep(table, is_last=complete)
     if not complete:
-        exit_incomplete("sweep", output, f"{count_computed(table)} are written to {output}")
+        exit_incomplete("sweep", output, f"{describe_progress(table)} are written to {output}")
     if not json:
         report_file(output)
     _exit("sweep", output, True, bool((table.status == "solved").any()), first_reason(table))

@@ -172,7 +172,7 @@ def _describe_value(table: "xr.Dataset", name: str, at: tuple[int, ...]) -> str:
     return ("yes" if value else "no") if name == "stable" else f"{value:.6g}"
 
 
-def count_computed(table: "xr.Dataset") -> str:
+def describe_progress(table: "xr.Dataset") -> str:
     """Return how many points of a sweep are computed, in words."""
     each = ", each contact sequence separately," if table.sizes["sequence"] > 1 else ""
     computed = int((table.status.values != PENDING).sum())

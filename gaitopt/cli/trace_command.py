@@ -153,7 +153,7 @@ def trace(
     """
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.trace_optimum_command import states_optimum, trace_optima
-    from gaitopt.cli.trace_output import exit_incomplete, report_diagram
+    from gaitopt.cli.trace_output import report_diagram
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.study.storage.study_lock import lock_study
 
@@ -170,11 +170,8 @@ def trace(
             diagram, failure = _follow(request, (over, second), options, json=json, quiet=quiet)
             if checkpoint is not None and diagram.complete:
                 checkpoint.delete()
-        problem_of = functools.partial(_find_problem, request, over)
-        facts = {"seconds": time.perf_counter() - began} | ({} if failure is None else {"error": str(failure)})
-        report_diagram(diagram, output, problem_of, doublings=doublings, facts=facts, json=json)
-        if not diagram.complete:
-            exit_incomplete(failure, output)
+        problem_of, seconds = functools.partial(_find_problem, request, over), time.perf_counter() - began
+        report_diagram(diagram, output, problem_of, doublings=doublings, seconds=seconds, failure=failure, json=json)
 
 
 def _open_checkpoint(

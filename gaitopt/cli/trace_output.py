@@ -136,21 +136,26 @@ def report_diagram(
     problem_of: "Callable[[], AnyWalkProblem]",
     *,
     doublings: int,
-    facts: dict[str, Any],
+    seconds: float,
+    failure: FailedTrace | None,
     json: bool,
 ) -> None:
-    """Write a diagram to its file, and print it as a table or, with further facts, as JSON."""
+    """Write a diagram to its file, and print it as a table or as JSON; if it is not complete, end with its status."""
     if path is not None:
         _write(diagram, path, problem_of)
     if json:
-        print_json(diagram.records() | {"file": None if path is None else str(path)} | facts)
-        return
-    print_diagram(diagram, doublings)
-    if path is not None:
-        report_file(path)
+        error = {} if failure is None else {"error": str(failure)}
+        file = {"file": None if path is None else str(path)}
+        print_json(diagram.records() | file | {"seconds": seconds} | error)
+    else:
+        print_diagram(diagram, doublings)
+        if path is not None:
+            report_file(path)
+    if not diagram.complete:
+        _exit_incomplete(failure, path)
 
 
-def exit_incomplete(failure: FailedTrace | None, path: Path | None) -> NoReturn:
+def _exit_incomplete(failure: FailedTrace | None, path: Path | None) -> NoReturn:
     """Report why a diagram is not complete and how the trace is resumed; end with 1 after an error, otherwise 130."""
     resumption = _describe_resumption(path)
     if failure is not None:
