@@ -1,5 +1,6 @@
 """Coordinates on which nothing in a problem depends, whose value a solver may increase without limit."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,10 @@ from gaitopt.ocp.nlp.keys import Unknown
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
 from gaitopt.status import Status
 
+Multipliers = tuple[Array, Array] | None
+Minimise = Callable[[Array, Bounds, Multipliers], NlpResult]
+"""Solve from an initial point within bounds, near a solution if multipliers are stated."""
+
 FAR = 1e3
 """Size beyond which a coordinate drifts [rad or m]; at 1e16 rad, rounding errors exceed a revolution."""
 
@@ -18,10 +23,15 @@ SHIFT, UNCHANGED = 1.0, 1e-9
 """Shift of a coordinate that is tested for an effect, and largest relative effect of rounding errors."""
 
 
-def fix_drifting_coordinates(
-    transcription: PlanarTranscription, data: Array, bounds: Bounds, start: Array, outcome: NlpResult
-) -> Bounds | None:
-    """Return bounds that fix the initial value of the cyclic coordinates that drifted in a solve; None without any.
+def minimise_without_drift(
+    minimise: Minimise,
+    transcription: PlanarTranscription,
+    data: Array,
+    bounds: Bounds,
+    start: Array,
+    multipliers: Multipliers,
+) -> NlpResult:
+    """Return the result of a solve, which is repeated with fixed initial values of cyclic coordinates that drifted.
 
     The rates of a cyclic coordinate enter the equations, but not its value, such as the angle of a body that is
     balanced at the hip.  Without bounds, its mean is undetermined: the Hessian is singular, and the steps of a solver
@@ -30,16 +40,44 @@ def fix_drifting_coordinates(
 
     Parameters
     ----------
+    minimise : callable
     transcription : PlanarTranscription
     data : (n_p,) array
     bounds : Bounds
     start : (n_x,) array
-        Initial point of the solve.
-    outcome : NlpResult
+        Initial point.
+    multipliers : ((n_x,) array, (n_g,) array), optional
+        Those of a solution near the initial point.
     """
+    outcome = minimise(start, bounds, multipliers)
+    rows = _find_drifting_rows(transcription, data, bounds, start, outcome)
+    if not rows:
+        return outcome
+    lower, upper = bounds.x_lower.copy(), bounds.x_upper.copy()
+    near = outcome.x.copy()
+    for row in rows:
+        lower[row[0]] = upper[row[0]] = start[row[0]]
+        near[row] = start[row]  # the differences of large values are rounding errors
+    fixed = replace(bounds, x_lower=lower, x_upper=upper)
+    iterations, first = outcome.iterations, outcome
+    if first.status.ok:
+        outcome = minimise(near, fixed, first.multipliers)
+        iterations += outcome.iterations
+        if outcome.status is Status.INTERRUPTED:
+            outcome = replace(first, status=outcome.status, message=outcome.message)
+    if not first.status.ok or not (outcome.status.ok or outcome.status is Status.INTERRUPTED):
+        outcome = minimise(start, fixed, multipliers)
+        iterations += outcome.iterations
+    return replace(outcome, iterations=iterations)
+
+
+def _find_drifting_rows(
+    transcription: PlanarTranscription, data: Array, bounds: Bounds, start: Array, outcome: NlpResult
+) -> list[Array]:
+    """Return the places of the cyclic coordinates without bounds that a solve has led far from its initial point."""
     if outcome.status is Status.INTERRUPTED:
-        return None
-    drifting = [
+        return []
+    return [
         row
         for row in transcription.variables[Unknown.COORDINATES]
         if not np.max(np.abs(outcome.x[row])) <= FAR
@@ -47,12 +85,6 @@ def fix_drifting_coordinates(
         and not np.any(np.isfinite([bounds.x_lower[row], bounds.x_upper[row]]))
         and _is_cyclic(transcription, data, start, row)
     ]
-    if not drifting:
-        return None
-    lower, upper = bounds.x_lower.copy(), bounds.x_upper.copy()
-    first = [row[0] for row in drifting]
-    lower[first] = upper[first] = start[first]
-    return replace(bounds, x_lower=lower, x_upper=upper)
 
 
 def _is_cyclic(transcription: PlanarTranscription, data: Array, x: Array, row: Array) -> bool:
