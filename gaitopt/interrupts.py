@@ -36,6 +36,10 @@ _IMPORTS = {ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec
 """Code that imports a compiled module."""
 
 
+_ACTIVE: list["InterruptRecord"] = []
+"""Records of the blocks that record interrupts at present, also those whose handler an inner block replaces."""
+
+
 class InterruptRecord:
     """Record of whether a Ctrl-C was received."""
 
@@ -101,6 +105,7 @@ def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
     def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
             signal.signal(signal.SIGINT, previous)
+            _record_interrupt()
             stop()
 
         return handle
@@ -123,6 +128,7 @@ def hold_interrupt() -> Iterator[InterruptRecord]:
     def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
             record.received = True
+            _record_interrupt()
             signal.signal(signal.SIGINT, previous)
 
         return handle
@@ -161,9 +167,19 @@ def record_interrupts(handler: Handler | None = None) -> Iterator[InterruptRecor
     with _replace_handler(make) as previous:
         if previous is None:
             yield record
-        else:
+            return
+        _ACTIVE.append(record)
+        try:
             with _return_lost_interrupts(timers):
                 yield record
+        finally:
+            _ACTIVE.remove(record)
+
+
+def _record_interrupt() -> None:
+    """Record an interrupt in the blocks around one that replaces their handler."""
+    for record in _ACTIVE:
+        record.received = True
 
 
 def _is_cleared(frame: FrameType | None) -> bool:

@@ -108,6 +108,17 @@ def test_an_interrupt_while_the_handler_is_restored_is_not_lost(tmp_path, monkey
         save(gait, tmp_path / "gait.h5")
 
 
+@pytest.mark.parametrize("block", [hold_interrupt, lambda: stop_on_interrupt(int)])
+def test_an_interrupt_of_an_inner_block_is_recorded_around_it(block):
+    with record_interrupts() as outer, record_interrupts() as inner:
+        with block():
+            signal.raise_signal(signal.SIGINT)
+        assert outer.received
+        assert inner.received
+    with record_interrupts() as later:
+        assert not later.received
+
+
 def test_the_second_one_is_not_held():
     with hold_interrupt():
         signal.raise_signal(signal.SIGINT)

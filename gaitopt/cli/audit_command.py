@@ -28,7 +28,10 @@ def audit(
     starts: Annotated[
         int | None,
         typer.Option(
-            min=2, max=100, help="Solve each problem again with this number of starts, and compare the costs."
+            min=2,
+            max=100,
+            help="Solve each problem again from this number of initial guesses, and compare the costs.",
+            show_default="no second solve",
         ),
     ] = None,
     impulses: Annotated[

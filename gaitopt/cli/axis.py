@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.cli.script import Script
+from gaitopt.continuation.parameter_values import state_degrees, unit_of
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -76,9 +77,15 @@ def unconverted_axes(script: Script, problem: Problem, axes: dict[str, Array]) -
     names = [name for name in axes if name not in script.defaults and _has(problem, name)]
     if not names:
         return ""
-    return (
+    examples = [
+        state_degrees(name, (float(axes[name][0]), float(axes[name][-1])))
+        for name in names
+        if unit_of(problem.robot, name) == "rad" and axes[name].size > 1
+    ]
+    note = (
         f"--over takes {', '.join(names)} in SI units and rad: problem() of {script.path.name} has no such parameter."
     )
+    return " ".join([note, *examples])
 
 
 def refuse_script_parameter(script: Script, name: str, known: Sequence[str]) -> None:
@@ -163,12 +170,14 @@ def _read(text: str) -> tuple[str, list[float], int]:
     try:
         numbers = [float(value) for value in ends.split(":" if colon else ",")]
         number = int(count) if colon else len(numbers)
-        if not equals or not name.strip() or number < 1 or (colon and len(numbers) != 2):
+        if not equals or not name.strip() or (colon and len(numbers) != 2):
             raise ValueError
     except ValueError:
         raise InputError(
             f"An axis must have the form NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., got {text!r}."
         ) from None
+    if number < 1:
+        raise InputError(f"COUNT of an axis NAME=FROM:TO:COUNT must be at least 1, got {number} in {text!r}.")
     if not all(map(math.isfinite, numbers)):
         raise InputError(f"An axis must have finite values, got {text!r}.")
     return name.strip(), numbers[:number], number

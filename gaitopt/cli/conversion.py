@@ -4,12 +4,50 @@ Typer validates every value, also of options that are not given, with pydantic, 
 CasADi.  Texts, paths and the defaults of options that are not given need no validation.
 """
 
+import math
 import os
 from pathlib import Path
 from typing import Any, get_args
 
+from typer import BadParameter
+
 _FLAGS = ("exists", "writable", "executable", "resolve_path", "allow_dash", "path_type", "parser")
 """Settings of a parameter that state further conditions on its values."""
+
+
+class NumberRange:
+    """Valid numbers of an option, whose message names the invalid value and the valid ones.
+
+    Parameters
+    ----------
+    kind : type
+        int or float.
+    conditions : typer.models.ParameterInfo
+        With the smallest and the largest number.
+    """
+
+    def __init__(self, kind: type, conditions: Any) -> None:
+        self._kind, self._least, self._most = kind, conditions.min, conditions.max
+
+    def find_fault(self, item: Any) -> str:
+        """Return what is wrong with a text that is to be a number, "" if nothing is."""
+        if not isinstance(item, str):
+            return ""
+        try:
+            number = self._kind(item)
+        except ValueError:
+            return f"must be {self._describe()}, got {item!r}."
+        bounded = self._least is not None or self._most is not None
+        low, high = self._least is not None and number < self._least, self._most is not None and number > self._most
+        valid = not (low or high) and not (bounded and math.isnan(number))
+        return "" if valid else f"must be {self._describe()}, got {item!r}."
+
+    def _describe(self) -> str:
+        name = "a whole number" if self._kind is int else "a number"
+        if self._least is not None and self._most is not None:
+            return f"{name} from {self._least:g} to {self._most:g}"
+        least = "" if self._least is None else f" of at least {self._least:g}"
+        return name + (least if self._most is None else f" of at most {self._most:g}")
 
 
 class PlainConversion:
@@ -26,6 +64,7 @@ class PlainConversion:
         kind = next(iter(get_args(annotation)), annotation)
         plain = kind in (str, Path) and not any(getattr(conditions, name, None) for name in _FLAGS)
         self._kind = kind if plain and conditions.file_okay and conditions.dir_okay else None
+        self._range = NumberRange(kind, conditions) if kind in (int, float) else None
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """Return the value that the command receives."""
@@ -38,6 +77,8 @@ class PlainConversion:
         if several == isinstance(value, list | tuple) and all(map(self._is_plain, items)):
             values = [self._kind(item) for item in items]  # type: ignore[misc]
             return values if several else values[0]
+        if self._range is not None and (fault := next(filter(None, map(self._range.find_fault, items)), "")):
+            raise BadParameter(fault, ctx=ctx, param=param)
         return self._convert().coerce(value, param=param, ctx=ctx)
 
     def _is_plain(self, item: Any) -> bool:

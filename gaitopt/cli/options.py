@@ -225,7 +225,11 @@ Measures = Annotated[
 PointStarts = Annotated[
     int,
     typer.Option(
-        "--starts", min=1, max=100, help="Independent starts at points that are not warm-started from a neighbour."
+        "--starts",
+        min=1,
+        max=100,
+        help="Number of initial guesses, the best result of which is kept, at points that are not warm-started from a "
+        "neighbour.",
     ),
 ]
 
@@ -331,7 +335,24 @@ Scheduler = Annotated[
     ),
 ]
 CycleStarts = Annotated[
-    int, typer.Option("--starts", min=1, max=100000, help="Number of random starts in the search for periodic gaits.")
+    int,
+    typer.Option(
+        "--starts",
+        min=1,
+        max=100000,
+        help="Number of random initial states in the search for the periodic gaits of a script; a saved gait needs no "
+        "search.",
+    ),
+]
+TraceStarts = Annotated[
+    int,
+    typer.Option(
+        "--starts",
+        min=1,
+        max=100000,
+        help="Number of random initial states in the search for the gaits of a script at FROM, and with --deflate; not "
+        "used for optimal gaits.",
+    ),
 ]
 CyclePeriod = Annotated[
     int, typer.Option("--steps", min=1, max=100, help="Longest period of the gaits to search for [steps].")
@@ -342,8 +363,8 @@ PushStarts = Annotated[
         "--starts",
         min=1,
         max=100000,
-        help="Number of random starts (states after a push) of the walks. The starts of tune and push are the same for "
-        "equal numbers (tune: --seed 0), and the ball from which all walks return shrinks with their number.",
+        help="Number of simulated walks, each from a random state after a push. The states of tune and push are the "
+        "same for equal numbers (tune: --seed 0), and the ball from which all walks return shrinks with their number.",
     ),
 ]
 

@@ -103,12 +103,31 @@ def verdict_text(text: str, good: bool) -> "Text":
     return Text(text, style="green" if good else "red")
 
 
-def exit_incomplete(command: str, output: Path | None) -> NoReturn:
-    """End with the exit status of a study that was interrupted, or could not compute every point."""
+def describe_incomplete(command: str, output: Path | None, written: str = "") -> str:
+    """Return that a study is not complete, which results are stored, and how it is resumed.
+
+    Parameters
+    ----------
+    command : str
+    output : Path or None
+    written : str
+        Which results are written where, as a clause; empty if this is reported elsewhere.
+
+    Examples
+    --------
+    >>> describe_incomplete("sweep", Path("no.nc"), "0 of 30 points are written to no.nc")
+    'Incomplete: 0 of 30 points are written to no.nc. Run the same command again to resume.'
+    """
     if output is None:
-        err.print("Incomplete. With -o FILE, an incomplete study can be resumed.")
-    else:
-        stored = describe_stored_results(command, output)
-        sentences = ("Incomplete.", stored, "Run the same command again to resume.")
-        err.print(" ".join(filter(None, sentences)), soft_wrap=True)
+        return "Incomplete. With -o FILE, an incomplete study can be resumed."
+    stored = describe_stored_results(command, output)
+    start = f"Incomplete: {written}." if written else "Incomplete."
+    if written and stored:
+        start, stored = f"Incomplete: {written}, and {stored}", ""
+    return " ".join(filter(None, (start, stored, "Run the same command again to resume.")))
+
+
+def exit_incomplete(command: str, output: Path | None, written: str = "") -> NoReturn:
+    """End with the exit status of a study that was interrupted, or could not compute every point."""
+    err.print(describe_incomplete(command, output, written), soft_wrap=True)
     sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes: "nothing was written"

@@ -43,7 +43,15 @@ def pareto(
     objectives: Objectives = "cost,peak_torque",
     points: Annotated[int, typer.Option(min=2, max=1000, help="Number of values of the bound on each quantity.")] = 20,
     bounds: Ranges = None,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts at the ends of the front.")] = 1,
+    starts: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=100,
+            help="Number of initial guesses, the best result of which is kept, at the ends of the front; all other "
+            "points are warm-started.",
+        ),
+    ] = 1,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="NC", help="File of the results. Run the same command again to resume."),

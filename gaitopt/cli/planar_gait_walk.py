@@ -30,11 +30,18 @@ def is_planar_gait(stated: object) -> "TypeGuard[PlanarProblem | PlanarGait]":
 
 
 def find_planar_gait(stated: "PlanarProblem | PlanarGait") -> "PlanarGait":
-    """Return a gait, or the solved gait of a problem; raise InputError if it is not a solution."""
+    """Return a gait, or the solved gait of a problem; raise InputError if it is not a solution.
+
+    An interrupt of the solve raises KeyboardInterrupt.
+    """
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_solver import solve_planar
+    from gaitopt.status import Status
 
-    return (stated if isinstance(stated, PlanarGait) else solve_planar(stated)).require()
+    gait = stated if isinstance(stated, PlanarGait) else solve_planar(stated)
+    if gait is not stated and gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return gait.require()
 
 
 def simulate_planar_gait(

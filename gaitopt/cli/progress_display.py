@@ -48,9 +48,9 @@ class Display:
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, description=text, total=None, count="")
 
-    def count(self, done: int, total: int) -> None:
-        """Show how much is done; the total may grow."""
-        self._count = f"{done}/{total}"
+    def count(self, done: int, total: int, remark: str = "") -> None:
+        """Show how much is done, with a remark; the total may grow."""
+        self._count = f"{done}/{total} {remark}".rstrip()
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, completed=done, total=total, count=self._count)
 

@@ -272,8 +272,8 @@ def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
     InputError
         If the script is a walking problem or another one names the robot, or the gait is not a solution.
     """
+    from gaitopt.cli.planar_gait_walk import find_planar_gait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-    from gaitopt.ocp.multicontact.planar_solver import solve_planar
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
@@ -282,7 +282,7 @@ def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
         if isinstance(stated, PlanarProblem):
             if script is not None:
                 raise InputError(ROBOT_OF_SCRIPT)
-            return solve_planar(stated).require()
+            return find_planar_gait(stated)
         if isinstance(stated, WalkProblem | PlanarWalkProblem):
             raise InputError(
                 f"{file} is a walking problem without optimisation ({type(stated).__name__}); 'gaitopt stability "

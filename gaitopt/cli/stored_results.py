@@ -96,10 +96,20 @@ def _describe_gaits(output: Path) -> str:
     return _state_place(text, len(files), folder)
 
 
+def count_finished_sequences(output: Path) -> int:
+    """Return how many contact sequences of a search are finished, by the files in its folder.
+
+    Examples
+    --------
+    >>> count_finished_sequences(Path("nowhere"))
+    0
+    """
+    return sum(not file.stem.endswith(".first") for file in _list_gaits(output))
+
+
 def _describe_search(output: Path) -> str:
     """Return how many gaits are kept in the folder of a search."""
-    files = _list_gaits(output)
-    final = sum(not file.stem.endswith(".first") for file in files)
+    files, final = _list_gaits(output), count_finished_sequences(output)
     text = f"{format_count(len(files), 'optimisation')} ({format_count(final, 'finished contact sequence')})"
     return _state_place(text, len(files), output) if files else ""
 

@@ -29,11 +29,15 @@ from gaitopt.cli.options import (
     Workers,
     label_files,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, print_reason, report_file
+from gaitopt.cli.output import describe_incomplete, err, exit_incomplete, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.stored_results import count_finished_sequences
 from gaitopt.cli.workers import worker_options
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gaitopt.cli.progress_display import Display
     from gaitopt.motion.motion import Array
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
@@ -51,7 +55,10 @@ def search(
         ),
     ],
     max_phases: Annotated[int, typer.Option(min=1, max=6, help="Maximum number of phases of a contact sequence.")] = 3,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Independent starts per contact sequence.")] = 4,
+    starts: Annotated[
+        int,
+        typer.Option(min=1, max=100, help="Number of initial guesses of each sequence, besides gaits of shorter ones."),
+    ] = 4,
     setting: Setting = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -80,17 +87,36 @@ def search(
             max_phases=max_phases,
             starts=starts,
             execution=team.execution(
-                display.count, functools.partial(load_script, script.resolve()), active_observer=display.show_active
+                _sequence_counter(display, problem, output),
+                functools.partial(load_script, script.resolve()),
+                active_observer=display.show_active,
             ),
             directory=output,
         )
     if json:
-        seconds = time.perf_counter() - began
-        print_json({"ranked": ranking.records(), "complete": ranking.complete, "seconds": seconds})
+        facts = {"complete": ranking.complete, "seconds": time.perf_counter() - began}
+        error = {} if ranking.complete else {"error": describe_incomplete("search", output)}
+        print_json({"ranked": ranking.records()} | facts | error)
     else:
         print_ranking(ranking)
         report_file(output)
     _exit("search", output, ranking.complete, ranking.findings[0].ranked, ranking.findings[0].reason)
+
+
+def _sequence_counter(
+    display: "Display", problem: "GaitProblem | PlanarProblem", output: Path
+) -> "Callable[[int, int], None]":
+    """Return the observer of a search, which shows the finished sequences beside the optimisations."""
+    from gaitopt.ocp.problem import GaitProblem
+    from gaitopt.study.sequence_search.search import SOLVES
+
+    solves = SOLVES if isinstance(problem, GaitProblem) else 1
+
+    def count(done: int, total: int) -> None:
+        finished = count_finished_sequences(output)
+        display.count(done, total, f"({finished} of {total // solves} sequences finished)")
+
+    return count
 
 
 def sweep(
@@ -116,7 +142,7 @@ def sweep(
     Example: gaitopt sweep problems/compass_slip.py --over speed=0.5:0.7:5 --sequences any --with stability -o any.nc
     """
     from gaitopt.cli.script import load_script
-    from gaitopt.cli.study_output import first_reason, print_sweep, sweep_facts
+    from gaitopt.cli.study_output import describe_progress, first_reason, print_sweep, sweep_facts
     from gaitopt.study.sweeps.sweep import sweep as sweep_problem
 
     began = time.perf_counter()
@@ -137,12 +163,16 @@ def sweep(
             ),
             path=output,
         )
+    complete = bool(table.attrs["complete"])
     if json:
         print_json(sweep_facts(table) | {"file": str(output), "seconds": time.perf_counter() - began})
     else:
-        print_sweep(table)
+        print_sweep(table, is_last=complete)
+    if not complete:
+        exit_incomplete("sweep", output, f"{describe_progress(table)} are written to {output}")
+    if not json:
         report_file(output)
-    _exit("sweep", output, bool(table.attrs["complete"]), bool((table.status == "solved").any()), first_reason(table))
+    _exit("sweep", output, True, bool((table.status == "solved").any()), first_reason(table))
 
 
 def _read_sequences(texts: list[str]) -> list[str] | str | None:

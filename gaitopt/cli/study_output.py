@@ -176,8 +176,18 @@ def _describe_value(table: "xr.Dataset", name: str, at: tuple[int, ...]) -> str:
     return ("yes" if value else "no") if name == "stable" else f"{value:.6g}"
 
 
-def print_sweep(table: "xr.Dataset") -> None:
-    """Print the objective of each sequence over the axes, the lowest in green, and the reasons of failures."""
+def describe_progress(table: "xr.Dataset") -> str:
+    """Return how many points of a sweep are computed, in words."""
+    each = ", each contact sequence separately," if table.sizes["sequence"] > 1 else ""
+    computed = int((table.status.values != PENDING).sum())
+    return f"{computed} of {format_count(table.status.size, 'point')}{each}"
+
+
+def print_sweep(table: "xr.Dataset", *, is_last: bool = True) -> None:
+    """Print the objective of each sequence over the axes, the lowest in green, and the reasons of failures.
+
+    Unless another line states how many points are computed, the last one states how many are not.
+    """
     axes = [str(name) for name in table.status.dims if name != "sequence"]
     several = table.sizes["sequence"] > MOST_COLUMNS
     computed = bool(_computed_points(table))
@@ -186,7 +196,8 @@ def print_sweep(table: "xr.Dataset") -> None:
     if computed and not several:
         _print_costs(table, axes)
     _print_reasons(table)
-    if pending := int((table.status.values == PENDING).sum()):
+    pending = int((table.status.values == PENDING).sum())
+    if pending and is_last:
         each = ", each contact sequence separately" if table.sizes["sequence"] > 1 else ""
         out.print(f"{pending} of {format_count(table.status.size, 'point')} not yet computed{each}")
 

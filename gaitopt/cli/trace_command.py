@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,6 @@ import typer
 
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
-    CycleStarts,
     EngineName,
     GainValues,
     Json,
@@ -24,19 +22,19 @@ from gaitopt.cli.options import (
     Source,
     StanceAngle,
     TorqueLimit,
+    TraceStarts,
     Verbose,
 )
-from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
+from gaitopt.cli.output import err
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.stored_results import describe_stored_results
 from gaitopt.errors import InputError
+from gaitopt.interrupts import record_interrupts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from contextlib import AbstractContextManager
 
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.trace_output import TraceProgress
+    from gaitopt.cli.trace_output import FailedTrace, TraceProgress
     from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch
     from gaitopt.continuation.checkpoint import Checkpoint
     from gaitopt.continuation.gait_source import AnyCycle, AnyWalkProblem
@@ -80,8 +78,6 @@ Neighbours = Annotated[
         help="Also follow optimal gaits of the neighbouring sequences where a contact mode is about to change.",
     ),
 ]
-TABLE, PAGE = ".nc", ".html"
-"""Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
 LONGEST_SILENCE = 6.0
 """Longest time between two lines of progress if standard error is not a terminal [s]."""
 
@@ -125,7 +121,7 @@ def trace(
     replay: ReplayInterval = 1,
     sequences: OptimalSequences = None,
     neighbours: Neighbours = False,
-    starts: CycleStarts = 32,
+    starts: TraceStarts = 32,
     engine: EngineName = "auto",
     law: LawName = OPEN_LOOP,
     gain: GainValues = None,
@@ -151,12 +147,13 @@ def trace(
     --sequences names further contact sequences to follow. Such a trace has no checkpoint: after an interrupt, the same
     command begins again.
 
-    Exit status 0 if the trace is complete, 130 if it was interrupted.
+    Exit status 0 if the trace is complete, 1 if an error ended it or no gait was found, 130 if it was interrupted.
 
     Example: gaitopt trace problems/compass_passive.py --over slope=1:5 --doublings 3 -o branches.nc
     """
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.trace_optimum_command import states_optimum, trace_optima
+    from gaitopt.cli.trace_output import report_diagram
     from gaitopt.continuation.tracing import TraceOptions
     from gaitopt.study.storage.study_lock import lock_study
 
@@ -170,13 +167,11 @@ def trace(
         options = TraceOptions(doublings=doublings, deflate=deflate, starts=starts)
         with _open_checkpoint(request, (over, second), options, output, hidden=json or quiet) as checkpoint:
             options = attrs.evolve(options, checkpoint=checkpoint)
-            with show_progress("tracing", hidden=json, longest=LONGEST_SILENCE) as display:
-                diagram = _trace_request(request, (over, second), options, display, hidden=json or quiet)
+            diagram, failure = _follow(request, (over, second), options, json=json, quiet=quiet)
             if checkpoint is not None and diagram.complete:
                 checkpoint.delete()
-        problem_of = functools.partial(_find_problem, request, over)
-        seconds = time.perf_counter() - began
-        _report(diagram, output, problem_of, doublings=doublings, json=json, seconds=seconds)
+        problem_of, seconds = functools.partial(_find_problem, request, over), time.perf_counter() - began
+        report_diagram(diagram, output, problem_of, doublings=doublings, seconds=seconds, failure=failure, json=json)
 
 
 def _open_checkpoint(
@@ -185,6 +180,7 @@ def _open_checkpoint(
     """Return the checkpoint beside the output; none without a dataset."""
     import hashlib
 
+    from gaitopt.cli.trace_output import TABLE
     from gaitopt.continuation.checkpoint import SUFFIX, Checkpoint
 
     if output is None or output.suffix.lower() != TABLE:
@@ -199,6 +195,19 @@ def _open_checkpoint(
     if checkpoint.stored and not hidden:
         err.print(f"Resuming from {checkpoint.path.name}, with {checkpoint.stored} corrector steps.", soft_wrap=True)
     return checkpoint
+
+
+def _follow(
+    request: "Request", ranges: tuple[str, str | None], options: "TraceOptions", *, json: bool, quiet: bool
+) -> tuple["BranchDiagram", "FailedTrace | None"]:
+    """Return the diagram, and the unexpected error after which it is not complete, if there is one."""
+    from gaitopt.cli.trace_output import FailedTrace
+
+    try:
+        with show_progress("tracing", hidden=json, longest=LONGEST_SILENCE) as display:
+            return _trace_request(request, ranges, options, display, hidden=json or quiet), None
+    except FailedTrace as failure:
+        return failure.diagram, failure
 
 
 def _trace_request(
@@ -230,7 +239,14 @@ def _trace(
     options: "TraceOptions",
     progress: "TraceProgress",
 ) -> "BranchDiagram":
-    """Return the diagram; after a Ctrl-C, with the branches followed until then and the part of the last one."""
+    """Return the diagram; after a Ctrl-C, with the branches followed until then and the part of the last one.
+
+    Raises
+    ------
+    FailedTrace
+        With the same branches, after any other exception.
+    """
+    from gaitopt.cli.trace_output import FailedTrace
     from gaitopt.continuation.tracing import make_diagram, trace_branches
 
     branches, latest = list["GaitBranch"](), list["GaitBranch"]()
@@ -242,15 +258,19 @@ def _trace(
         progress.show_branch(len(branches), points)
 
     try:
-        for branch in trace_branches(
-            problem, axis, start=start, options=options, observer=observe, work_observer=progress.show_work
-        ):
-            branches.append(branch)
-            latest.clear()
-    except KeyboardInterrupt:
+        with record_interrupts() as interrupt:
+            for branch in trace_branches(
+                problem, axis, start=start, options=options, observer=observe, work_observer=progress.show_work
+            ):
+                branches.append(branch)
+                latest.clear()
+    except (KeyboardInterrupt, Exception) as error:
         if not branches and not latest:
             raise
-        return make_diagram(problem, axis, [*branches, *latest], complete=False)
+        diagram = make_diagram(problem, axis, [*branches, *latest], complete=False)
+        if isinstance(error, Exception) and not interrupt.received:
+            raise FailedTrace(error, diagram, f"branch {len(branches)}", progress.place) from error
+        return diagram
     return make_diagram(problem, axis, branches)
 
 
@@ -261,7 +281,8 @@ def _trace_curves(
     options: "TraceOptions",
     display: Display,
 ) -> "BranchDiagram":
-    """Return a diagram with the curves of the special points of its first branch; after a Ctrl-C, those followed."""
+    """Return a diagram with curves of the special points of its first branch; if it ends early, like :func:`_trace`."""
+    from gaitopt.cli.trace_output import FailedTrace
     from gaitopt.continuation.two_parameters import trace_curve
 
     curves = list["SpecialCurve"]()
@@ -270,10 +291,14 @@ def _trace_curves(
         display.describe(f"curve {len(curves) + 1} ({curve.kind.label}), {len(curve.values)} points")
 
     try:
-        for number in range(len(diagram.branches[0].special)):
-            curves.append(trace_curve(problem, diagram, second, special=number, options=options, observer=observe))
-    except KeyboardInterrupt:
-        return replace(diagram, curves=tuple(curves), complete=False)
+        with record_interrupts() as interrupt:
+            for number in range(len(diagram.branches[0].special)):
+                curves.append(trace_curve(problem, diagram, second, special=number, options=options, observer=observe))
+    except (KeyboardInterrupt, Exception) as error:
+        part = replace(diagram, curves=tuple(curves), complete=False)
+        if isinstance(error, Exception) and not interrupt.received:
+            raise FailedTrace(error, part, f"curve {len(curves) + 1}") from error
+        return part
     return replace(diagram, curves=tuple(curves))
 
 
@@ -289,20 +314,20 @@ def _trace_inputs(request: "Request", over: str, *, hidden: bool, option: str = 
     name, ends = read_range(over, option)
     if not request.is_script:
         walk, cycle = read_walk(request)
-        check_range(walk.robot, name, ends, law_of(walk))
+        check_range(walk, name, ends)
         return _announce_range(TraceInputs(walk, {name: ends}, cycle, unit_of(walk.robot, name)), hidden=hidden)
     if request.script is not None or request.feedback is not None:
         _ = request.problem  # which rejects both for a script
     script = read_script(request.source, request.settings)
     problem = any_walk_problem(script)
-    law = law_of(problem)
-    refuse_script_parameter(script, name, [each.name for each in problem.robot.parameters] + list(gains_of(law)))
-    check_range(problem.robot, name, ends, law)  # before anything is printed
+    known = [each.name for each in problem.robot.parameters] + list(gains_of(law_of(problem)))
+    refuse_script_parameter(script, name, known)
     axes = {name: np.array(ends)}
+    low, high = convert_axes(script, problem, axes)[name].tolist()
+    check_range(problem, name, (low, high))  # before anything is printed
     note = unconverted_axes(script, problem, axes)
     if note and not hidden:
         err.print(note, soft_wrap=True)
-    low, high = convert_axes(script, problem, axes)[name].tolist()
     unit, factor = unit_of(problem.robot, name), 1.0
     if unit == "rad" and np.allclose(np.rad2deg((low, high)), ends):
         unit, factor = "deg", float(np.rad2deg(1.0))
@@ -343,56 +368,3 @@ def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | PlanarEngine
 def _find_problem(request: "Request", over: str) -> "AnyWalkProblem":
     """Return the walking problem that is traced."""
     return _trace_inputs(request, over, hidden=True).problem
-
-
-def _report(
-    diagram: "BranchDiagram",
-    path: Path | None,
-    problem_of: "Callable[[], AnyWalkProblem]",
-    *,
-    doublings: int,
-    json: bool,
-    seconds: float,
-) -> None:
-    """Write a diagram to its file, print it as a table or as JSON, and end with 130 if it is not complete."""
-    from gaitopt.cli.trace_output import print_diagram
-
-    if path is not None:
-        _write(diagram, path, problem_of)
-    if json:
-        print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
-    else:
-        print_diagram(diagram, doublings)
-        if path is not None:
-            report_file(path)
-    if not diagram.complete:
-        err.print(
-            f"Interrupted; the branches followed so far are reported. {_describe_resumption(path)}", soft_wrap=True
-        )
-        sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
-
-
-def _describe_resumption(path: Path | None) -> str:
-    """Return how an interrupted trace is resumed from its checkpoint, or how it would have one."""
-    if path is None or path.suffix.lower() != TABLE:
-        return f"With -o FILE{TABLE}, a trace is stored in a checkpoint, from which it can be resumed."
-    return f"{describe_stored_results('trace', path)} Run the same command again to resume.".lstrip()
-
-
-def _write(diagram: "BranchDiagram", path: Path, problem_of: "Callable[[], AnyWalkProblem]") -> None:
-    """Write a diagram as a dataset, a page or a figure."""
-    from gaitopt.continuation.diagram_file import save_diagram
-
-    if path.suffix.lower() == TABLE:
-        save_diagram(diagram, path)
-        return
-    if path.suffix.lower() == PAGE:
-        from gaitopt.report.branch_page import write_branch_page
-
-        write_branch_page(diagram, problem_of(), path)
-        return
-    from gaitopt.plot.branch_figure import plot_branches
-    from gaitopt.plot.curve_figure import plot_curves
-    from gaitopt.plot.saving import save_figure
-
-    save_figure(plot_curves(diagram) if diagram.curves else plot_branches(diagram), path)

@@ -14,7 +14,9 @@ from gaitopt.cli.axis import convert_axes, unconverted_axes
 from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.script import Script, gait_problem, read_script
+from gaitopt.cli.trace_output import FailedTrace
 from gaitopt.errors import InputError
+from gaitopt.interrupts import record_interrupts
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
@@ -67,9 +69,13 @@ def trace_optima(
     engine = None if request.engine == "auto" else engine_of(request)
     options = OptimumOptions(points=points, replay=replay, sequences=further, neighbours=neighbours, engine=engine)
     script = read_script(request.source, request.settings)
-    with show_progress("tracing", hidden=json) as display:
-        diagram = trace_script(script, *read_range(ranges[0], "--over"), options, display, hidden=json or quiet)
-    report_optima(diagram, output, json=json, seconds=time.perf_counter() - began)
+    facts = dict[str, object]()
+    try:
+        with show_progress("tracing", hidden=json) as display:
+            diagram = trace_script(script, *read_range(ranges[0], "--over"), options, display, hidden=json or quiet)
+    except FailedTrace as failure:
+        diagram, facts["error"] = failure.diagram, f"{failure} {failure.advise()}"
+    report_optima(diagram, output, json=json, facts=facts | {"seconds": time.perf_counter() - began})
 
 
 def engine_of(request: "Request") -> "Engine":
@@ -85,6 +91,8 @@ def trace_script(
     script: Script, name: str, ends: tuple[float, float], options: "OptimumOptions", display: Display, *, hidden: bool
 ) -> "OptimalDiagram":
     """Return the branches of the optimal gaits of a script; after a Ctrl-C, those followed until then.
+
+    Any other exception after the first gait raises FailedTrace, with the same branches.
 
     Parameters
     ----------
@@ -116,26 +124,37 @@ def trace_script(
 
     tracer = OptimumTracer(problem, {name: (low, high)}, options, observe)
     try:
-        for branch in tracer.trace(None):
-            branches.append(branch)
-            latest.clear()
-    except KeyboardInterrupt:
+        with record_interrupts() as interrupt:
+            for branch in tracer.trace(None):
+                branches.append(branch)
+                latest.clear()
+    except (KeyboardInterrupt, Exception) as error:
         if not branches and not latest:
             raise
-        return tracer.make_diagram([*branches, *latest], complete=False)
+        diagram = tracer.make_diagram([*branches, *latest], complete=False)
+        if isinstance(error, Exception) and not interrupt.received:
+            place = f"{name} = {[*branches, *latest][-1].values[-1]:.6g}"
+            raise FailedTrace(error, diagram, f"branch {len(branches)}", place) from error
+        return diagram
     return tracer.make_diagram(branches)
 
 
-def report_optima(diagram: "OptimalDiagram", path: Path | None, *, json: bool, seconds: float) -> None:
-    """Write a diagram to its file, print it as tables or as JSON, and end with 130 if it is not complete."""
+def report_optima(diagram: "OptimalDiagram", path: Path | None, *, json: bool, facts: dict[str, object]) -> None:
+    """Write a diagram to its file, and print it as tables or, with further facts, as JSON.
+
+    If it is not complete, the command ends with 1 after an error, which is one of the facts, and otherwise with 130.
+    """
     if path is not None:
         _write(diagram, path)
     if json:
-        print_json(diagram.records() | {"file": None if path is None else str(path), "seconds": seconds})
+        print_json(diagram.records() | {"file": None if path is None else str(path)} | facts)
     else:
         print_optima(diagram)
         if path is not None:
             report_file(path)
+    if "error" in facts:
+        err.print(Text.assemble(("Error:", "red"), f" {facts['error']}"), soft_wrap=True)
+        sys.exit(1)
     if not diagram.complete:
         err.print("Interrupted; the branches followed so far are reported.")
         sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes

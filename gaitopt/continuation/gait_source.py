@@ -61,7 +61,7 @@ class GaitSource(ABC):
     engine: Engine | PlanarEngine | None = None
 
     def __post_init__(self) -> None:
-        check_range(self.problem.robot, self.parameter, self.ends, self.law)
+        check_range(self.problem, self.parameter, self.ends)
 
     @property
     @abstractmethod

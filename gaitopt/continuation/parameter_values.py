@@ -75,8 +75,9 @@ def set_gains(robot: AnyRobot, law: SomeLaw, values: Mapping[str, float]) -> Som
     return law.with_gains(gains) if gains else law
 
 
-def check_range(robot: AnyRobot, parameter: str, ends: tuple[float, float], law: object = None) -> None:
-    """Raise InputError unless robot or law have a parameter and its range is finite and not empty."""
+def check_range(problem: WalkProblem | PlanarWalkProblem, parameter: str, ends: tuple[float, float]) -> None:
+    """Raise InputError unless robot or law have a parameter and its range is finite, not empty and of valid values."""
+    robot, law = problem.robot, law_of(problem)
     described = {each.name: each for each in robot.parameters}
     gains = gains_of(law)
     known = [*described, *gains]
@@ -86,7 +87,36 @@ def check_range(robot: AnyRobot, parameter: str, ends: tuple[float, float], law:
     if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
         stated = " to ".join(state_value(end, unit_of(robot, parameter)) for end in ends)
         raise InputError(f"The range of {parameter} must have two different finite ends, got {stated}.")
-    if parameter in described and described[parameter].whole:
+    if parameter not in described:
+        return
+    if described[parameter].whole:
         raise InputError(
             f"{parameter} is a whole number, over which a gait cannot be followed; name another parameter."
         )
+    for end in ends:
+        _check_end(problem, parameter, end, ends)
+
+
+def _check_end(problem: WalkProblem | PlanarWalkProblem, parameter: str, end: float, ends: tuple[float, float]) -> None:
+    """Raise InputError if the robot rejects an end of a range, with the range in rad if it may be in degrees."""
+    values = dict(problem.parameters)
+    try:
+        problem.robot.resolve(values | {parameter: end})
+    except InputError as error:
+        low, high = ends
+        message = f"The range {low:g} to {high:g} of {parameter} is invalid: {error}"
+        if unit_of(problem.robot, parameter) == "rad":
+            message += f" {state_degrees(parameter, ends)}"
+        raise InputError(message) from None
+
+
+def state_degrees(parameter: str, ends: tuple[float, float]) -> str:
+    """Return a sentence with the range in rad that is meant if the stated one is in degrees.
+
+    Examples
+    --------
+    >>> state_degrees("slope", (2.0, 3.0))
+    '2 to 3 deg is slope=0.0349066:0.0523599.'
+    """
+    low, high = np.deg2rad(ends).tolist()
+    return f"{ends[0]:g} to {ends[1]:g} deg is {parameter}={low:.6g}:{high:.6g}."

@@ -113,10 +113,13 @@ def collect_tasks(
     results: ResultStore,
     planned: Sequence[Task],
     observer: TaskObserver | None,
+    *,
+    known_suffice: bool = False,
 ) -> TaskReport:
     """Store the results of tasks by key as they complete, until the last or an interrupt.
 
-    An interrupt before the first outcome is raised: there is nothing to write.
+    An interrupt before the first outcome is raised: there is nothing to write.  If the results of an earlier run
+    suffice for a report, it is raised only without any of them.
 
     Parameters
     ----------
@@ -127,6 +130,8 @@ def collect_tasks(
     planned : sequence of Task
     observer : callable, optional
         Called with (tasks done, tasks in all).
+    known_suffice : bool
+        Whether the results of an earlier run suffice for a report.
 
     Raises
     ------
@@ -146,7 +151,7 @@ def collect_tasks(
                 if observer is not None:
                     observer(count, len(planned))
     except KeyboardInterrupt:
-        if count == known:
+        if count == (0 if known_suffice else known):
             raise
         return TaskReport(failures, interrupted=True)
     return TaskReport(failures)

@@ -15,6 +15,7 @@ from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.reductions import worst
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.replay_advice import BEGINNING, advise_on_replay
 from gaitopt.simulation.replay_tolerances import Tolerances
 from gaitopt.simulation.scipy_engine import ScipyEngine
 from gaitopt.simulation.simulator import Rollout, simulate
@@ -94,7 +95,8 @@ def verify(
     Returns
     -------
     Gait or PlanarGait
-        The gait with its `verification`; its status is ``NOT_VERIFIED`` if the verification fails.
+        The gait with its `verification`; its status is ``NOT_VERIFIED`` if the verification fails.  A gait whose plan
+        is not accurate enough, or too close to another contact mode, then has a warning with the remedy.
 
     Raises
     ------
@@ -116,7 +118,14 @@ def verify(
     verification = _compare(gait, replay(gait, engine=engine), tolerances)
     if not verification.passed and engine is None:
         verification = _compare(gait, replay(gait, engine=FINEST), tolerances)
-    return gait.with_verification(verification)
+    is_advised = gait.verification is not None and not gait.verification.passed
+    gait = gait.with_verification(verification)
+    if verification.passed and not is_advised:
+        return gait  # without the evaluation of its warnings
+    others = [warning for warning in gait.solver.warnings if not warning.startswith(BEGINNING)]
+    advice = advise_on_replay(gait, verification)
+    report = gait.solver.replace_fields(warnings=(*others, *filter(None, [advice])))
+    return gait.replace_fields(solver=report)
 
 
 def _compare(gait: Gait, rollout: Rollout, tolerances: Tolerances) -> Verification:

@@ -63,6 +63,12 @@ def test_a_parameter_that_changes_more_than_one_quantity_is_refused(script):
         converted(path, "speed", 0.5, 0.7)
 
 
+@pytest.mark.parametrize("count", [0, -3])
+def test_a_count_below_one_is_named(count):
+    with pytest.raises(InputError, match=rf"COUNT of an axis NAME=FROM:TO:COUNT must be at least 1, got {count} in"):
+        grid([f"friction=0.1:0.3:{count}"], 10)
+
+
 def test_quantities_that_are_no_parameters_of_the_script_are_named(script, root):
     source = read_script(script(TWO))
     problem = gait_problem(source)
@@ -70,6 +76,9 @@ def test_quantities_that_are_no_parameters_of_the_script_are_named(script, root)
     assert convert_axes(source, problem, axes)["slope"].tolist() == [0.01]
     assert unconverted_axes(source, problem, axes) == (
         "--over takes slope in SI units and rad: problem() of own.py has no such parameter."
+    )
+    assert unconverted_axes(source, problem, {"slope": np.linspace(2.0, 3.0, 5)}).endswith(
+        "has no such parameter. 2 to 3 deg is slope=0.0349066:0.0523599."
     )
     source = read_script(root / WHEEL)
     assert unconverted_axes(source, walk_problem(source), {"slope": axes["slope"], "theta_rate": axes["slope"]}) == ""

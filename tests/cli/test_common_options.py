@@ -26,6 +26,18 @@ def test_every_command_has_an_example_and_the_shared_options(name):
     assert f"Example: gaitopt {name} " in command.help or command.help.endswith(f"Example: gaitopt {name}")
 
 
+def test_starts_states_what_it_counts_and_its_default_in_every_command():
+    named = {name: [each for each in command.params if "--starts" in each.opts] for name, command in COMMANDS.items()}
+    starts = {name: found[0] for name, found in named.items() if found}
+    assert set(starts) == {"search", "sweep", "pareto", "audit", "stability", "trace", "tune", "push"}
+    for name, option in starts.items():
+        counted = "initial guesses" if name in ("search", "sweep", "pareto", "audit") else "random"
+        assert counted in option.help, name
+        assert option.show_default
+    assert "optimal gaits" in starts["trace"].help
+    assert "saved gait" in starts["stability"].help
+
+
 def test_a_command_searches_for_unreachable_objects_seldom_and_restores_the_default(command, monkeypatch):
     before, during = gc.get_threshold(), []
     monkeypatch.setattr("gaitopt.cli.listing.print_json", lambda facts: during.append(gc.get_threshold()[0]))

@@ -65,6 +65,24 @@ def test_other_values_are_validated_by_typer(received):
     assert received() == 2
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("plot", "a.h5", "--width", "nan"), "'--width': must be a number from 2.5 to 20, got 'nan'."),
+        (("plot", "a.h5", "--width", "0"), "'--width': must be a number from 2.5 to 20, got '0'."),
+        (("compare", "a.h5", "b.h5", "--width", "wide"), "'--width': must be a number from 2.5 to 20, got 'wide'."),
+        (("simulate", "a.h5", "--width=-inf"), "'--width': must be a number from 2.5 to 20, got '-inf'."),
+        (("trace", "a.h5", "--over", "slope=0:1", "--points", "1"), "must be a whole number of at least 2, got '1'."),
+        (("sweep", "a.py", "--starts", "0"), "'--starts': must be a whole number from 1 to 100, got '0'."),
+        (("sweep", "a.py", "--starts", "2.5"), "'--starts': must be a whole number from 1 to 100, got '2.5'."),
+    ],
+)
+def test_an_invalid_number_is_named_with_the_valid_ones(command, words, message):
+    result = command(*words)
+    assert result.status == 2
+    assert message in " ".join(result.err.split())
+
+
 def test_an_unreadable_file_is_refused(received, tmp_path, monkeypatch):
     file = tmp_path / "a.h5"
     file.touch()

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from gaitopt.cli.app import main
+from gaitopt.ocp.multicontact import planar_solver
 
 MONOPOD = str(Path(__file__).parents[2] / "problems" / "monopod.py")
 QUICK = ["--set", "stance_intervals=6", "--set", "flight_intervals=16", "--set", "clearance=0.02"]
@@ -127,3 +128,16 @@ def test_invalid_input_is_refused_in_a_sentence(capsys, words, sentence, tmp_pat
     assert status == 2
     assert sentence in " ".join(printed.err.split())
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("words", [("stability",), ("simulate",), ("push", "--law", "lqr")])
+def test_an_interrupt_of_the_solve_of_another_command_ends_it_with_130(command, monkeypatch, words):
+    solve_uninterrupted = planar_solver.solve_planar
+
+    def stop(iteration):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planar_solver, "solve_planar", lambda problem: solve_uninterrupted(problem, observer=stop))
+    result = command(words[0], MONOPOD, *words[1:])
+    assert result.status == 130
+    assert result.err.splitlines()[-1] == "Interrupted; no result was written."

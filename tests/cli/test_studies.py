@@ -1,6 +1,8 @@
 """The commands on many gaits."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +15,7 @@ from matplotlib.image import imread
 
 from gaitopt import load, load_sweep, save
 from gaitopt.cli import study_output
+from gaitopt.cli.progress_display import Display
 from gaitopt.plot.saving import DOTS_PER_INCH
 
 QUICK = """\
@@ -69,6 +72,68 @@ def test_sweep_refuses_what_cannot_be(command, quick):
     assert "does not exist" in command("sweep", quick, "--over", "friction=0.1:0.2:2", "-o", "none/f.nc").err
 
 
+def test_an_interrupted_search_reports_the_candidates_found_so_far(command, quick, folder, monkeypatch):
+    counted, show = [], Display.count
+
+    def stop(display, done, total, remark=""):
+        show(display, done, total, remark)
+        counted.append(display.line)
+        if done == stop.last:
+            raise KeyboardInterrupt
+
+    stop.last = 1
+    monkeypatch.setattr(Display, "count", stop)
+    arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "found")
+    first = command(*arguments)
+    assert first.status == 130
+    assert counted == ["optimisations 1/6 (0 of 3 sequences finished)"]
+    assert re.search(r"stick \| stick +pending +first solve: own \S+, neither replayed nor", first.out)
+    assert "Incomplete. 1 optimisation (0 finished contact sequences) is kept in found. Run the same" in first.err
+    monkeypatch.setattr("gaitopt.study.sequence_search.search.solve_sequence", raise_interrupt)
+    again = command(*arguments, "--json")  # before the next result
+    assert again.status == 130
+    assert again.json["complete"] is False
+    row = again.json["ranked"][0]
+    assert (row["sequence"], row["status"]) == ("stick | stick", "pending")
+    assert row["cost"] > 0
+    written = json.loads((folder / "found/ranking.json").read_text())
+    assert written == {"ranked": again.json["ranked"], "complete": False}
+
+
+def test_a_sweep_interrupted_before_its_first_result_begins_again_with_any_settings(
+    command, quick, folder, monkeypatch
+):
+    arguments = ("sweep", quick, "--starts", "1", "--workers", "1", "-o", "f.nc")
+    with monkeypatch.context() as patch:
+        patch.setattr("gaitopt.study.sweeps.sweep.solve_task", raise_interrupt)
+        first = command(*arguments, "--over", "friction=0.14:0.18:2")
+    assert (first.status, first.out.strip()) == (130, "")
+    assert "f.nc.parts contains the settings of the study and no result." in " ".join(first.err.split())
+    other = command(*arguments, "--over", "friction=0.16", "--json")
+    assert other.status == 0, other.err
+    assert other.json["complete"]
+    assert sorted(path.name for path in folder.iterdir() if path.name.startswith("f.nc")) == ["f.nc"]
+
+
+def test_an_incomplete_sweep_states_in_one_sentence_what_is_computed(command, quick, monkeypatch):
+    def stop(display, done, total):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Display, "count", stop)
+    over = ("--over", "friction=0.14:0.18:30")
+    run = command("sweep", quick, *over, "--starts", "1", "--workers", "1", "-o", "f.nc")
+    assert run.status == 130
+    assert run.out.strip() == ""
+    assert run.err.splitlines()[-1] == (
+        "Incomplete: 0 of 30 points are written to f.nc, and 1 optimisation (0 finished points) is kept in f.nc.parts. "
+        "Run the same command again to resume."
+    )
+
+
+def raise_interrupt(*_):
+    raise KeyboardInterrupt
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_sweep_keeps_what_is_done_and_says_so(number, quick, folder):
@@ -105,7 +170,8 @@ def test_interrupted_sweep_keeps_what_is_done_and_says_so(number, quick, folder)
     assert "Traceback" not in err
     assert "leaked" not in err  # the warning of loky about the semaphores of workers that are not shut down
     kept = len(list(folder.glob("f.nc.parts/*.h5")))
-    assert f"Incomplete. {kept} optimisations (0 finished points) are kept in f.nc.parts. Run the same command" in err
+    assert f"Incomplete: 0 of 200 points are written to f.nc, and {kept} optimisations (0 finished points) are " in err
+    assert "are kept in f.nc.parts. Run the same command again to resume." in err
     assert not load_sweep(folder / "f.nc").attrs["complete"]
 
 

@@ -172,6 +172,7 @@ def test_a_saved_gait_is_traced_under_its_torques(command, slip_file):
         (["--over", "friction=1"], "NAME=FROM:TO"),
         (["--over", "friction=1:1"], "two different finite ends"),
         (["--over", "friction=1:0.5:10"], "NAME=FROM:TO"),
+        (["--over", "friction=1:-1"], "The range 1 to -1 of friction is invalid: friction must be at least 0, got -1."),
         (["--over", "friction=1:0.5", "-o", "x.txt"], "'.txt' is not that of a known format"),
         (["--over", "friction=1:0.5", "-o", "none/x.nc"], "does not exist"),
         (["--over", "friction=1:0.5", "--law", "lqr"], "--law is accepted for a saved gait only"),
@@ -189,9 +190,12 @@ def test_invalid_requests_are_named(command, root, arguments, message):
         (WHEEL, ["--over", "fricton=1:0.5"]),
         ("docs/examples/heel_toe.h5", ["--over", "fricton=1:0.5"]),
         (WHEEL, ["--over", "friction=1:0.99", "--second", "slop=0.1:0.2"]),
+        ("docs/examples/heel_toe.h5", ["--over", "friction=0.4:-1"]),
+        (WHEEL, ["--over", "friction=1:-1"]),
+        (WHEEL, ["--over", "friction=1:0.99", "--second", "mass=1:-2"]),
     ],
 )
-def test_nothing_is_printed_before_the_error_of_an_unknown_parameter(command, root, source, ranges):
+def test_nothing_is_printed_before_the_error_of_a_parameter_or_its_range(command, root, source, ranges):
     result = command("trace", root / source, *ranges)
     assert result.status == 2
     assert result.out == ""
@@ -252,6 +256,30 @@ def test_an_interrupt_keeps_the_branches_followed(command, root, folder, monkeyp
     diagram = load_diagram(folder / "part.nc")
     assert not diagram.complete
     assert json.loads(json.dumps(diagram.records()))["branches"] == result.json["branches"]
+
+
+def test_an_unexpected_error_keeps_the_branches_followed(command, root, folder, monkeypatch):
+    from gaitopt.continuation import tracing
+
+    follow = tracing.trace_branches
+
+    def fail(*arguments, **options):
+        yield next(follow(*arguments, **options))
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    monkeypatch.setattr(tracing, "trace_branches", fail)
+    result = command("trace", root / WHEEL, "--over", "friction=1:0.9", "--json", "-o", "part.nc")
+    assert result.status == 1
+    assert result.json["complete"] is False
+    assert len(result.json["branches"]) == 1
+    assert "LinAlgError: Eigenvalues did not converge" in result.json["error"]
+    assert not load_diagram(folder / "part.nc").complete
+    message = " ".join(result.err.split())
+    assert "Error: The trace ended on branch 1, near friction = 0.9" in message
+    assert "LinAlgError: Eigenvalues did not converge (test_trace_command.py, line" in message
+    assert "are kept in part.nc.checkpoint. Run the same command again to resume." in message
+    assert "If the error recurs, trace a range that ends before friction = 0.9" in message
+    assert "Interrupted" not in message
 
 
 @pytest.mark.slow

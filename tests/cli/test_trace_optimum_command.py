@@ -58,19 +58,21 @@ def test_invalid_options_get_a_sentence(command, root, options, sentence):
     assert sentence in " ".join(result.err.split())
 
 
-def test_an_interrupt_keeps_the_gaits_followed(command, root, folder, monkeypatch):
+@pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 130), (RecursionError, 1)])
+def test_an_interrupt_or_error_keeps_the_gaits_followed(command, root, monkeypatch, error, status):
     from gaitopt.continuation.optimal.branch_recorder import BranchRecorder
 
     add_point, count = BranchRecorder.add_point, iter(range(100))
 
     def add_and_interrupt(recorder, point):
         if next(count) == 3:
-            raise KeyboardInterrupt
+            raise error
         add_point(recorder, point)
 
     monkeypatch.setattr(BranchRecorder, "add_point", add_and_interrupt)
     result = command("trace", root / OPTIMA, *COARSE, "--replay", "0", "--json")
-    assert result.status == 130
+    assert result.status == status
+    assert ("RecursionError" in result.json.get("error", "")) is (status == 1)
     assert result.json["complete"] is False
     assert len(result.json["branches"][0]["points"]) == 3
     assert {point["radius"] for point in result.json["branches"][0]["points"]} == {None}

@@ -17,6 +17,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.continuation import OptimumOptions, load_optima, save_optima, trace_optimum
+from gaitopt.continuation.optimal import active_set_search, optimum_tracing
 from gaitopt.continuation.optimal.branch_start import start_branch
 from gaitopt.continuation.optimal.kkt_correction import Metric, at_value, correct, find_tangent
 from gaitopt.continuation.optimal.optimum_replay import make_optimal_gait
@@ -165,6 +166,23 @@ def test_an_observer_that_interrupts_ends_the_trace(problem):
 
     with pytest.raises(KeyboardInterrupt):
         trace_optimum(problem, {"friction": (0.25, 0.2)}, options=OptimumOptions(replay=0), observer=stop)
+
+
+def test_an_interrupt_of_a_solve_ends_the_trace(problem, low_friction, monkeypatch):
+    """Solvers return the status of an interrupt; before, it was taken for a gait that does not exist."""
+    solve_uninterrupted = optimum_tracing.solve
+
+    def stop(iteration):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(
+        optimum_tracing, "solve", lambda problem, starts: solve_uninterrupted(problem, starts=starts, observer=stop)
+    )
+    with pytest.raises(KeyboardInterrupt):
+        trace_optimum(problem, {"friction": (0.25, 0.2)}, options=OptimumOptions(replay=0))
+    monkeypatch.setattr(active_set_search, "silent", stop)
+    with pytest.raises(KeyboardInterrupt):
+        active_set_search.solve_nearby(low_friction, 0.14, 1.0)
 
 
 @pytest.mark.slow

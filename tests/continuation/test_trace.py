@@ -233,6 +233,8 @@ def test_a_diagram_is_read_as_it_was_written(request, tmp_path, name):
         ({"fricton": (1, 0.5)}, "Did you mean 'friction'"),
         ({"friction": (1, 1)}, "two different finite ends"),
         ({"friction": (math.inf, 1)}, "two different finite ends"),
+        ({"friction": (1, -1)}, "friction must be at least 0, got -1"),
+        ({"slope": (2, 3)}, r"got 2\. .* 2 to 3 deg is slope=0\.0349066:0\.0523599\."),
         ({"friction": 0.5}, "must be two numbers"),
         ({}, "one parameter with its range"),
         ({"slope": (-0.5, -0.4)}, "No periodic gait"),

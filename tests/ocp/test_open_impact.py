@@ -132,6 +132,24 @@ def test_an_interrupt_ends_it_all(reference_problem):
     assert len(told) < 10
 
 
+def test_an_interrupt_of_the_check_of_a_candidate_ends_the_solve(reference_problem, monkeypatch):
+    from gaitopt.ocp.mode_search import sequence_proposal
+
+    check, checked = sequence_proposal._check_candidate, []
+
+    def stop(step):
+        raise KeyboardInterrupt
+
+    def interrupt(problem, guess, solver, observer):
+        checked.append(problem.sequence)
+        return check(problem, guess, solver, stop)
+
+    monkeypatch.setattr(sequence_proposal, "_check_candidate", interrupt)
+    gait = solve(reference_problem(sequence=OPEN, intervals=10))
+    assert gait.status is Status.INTERRUPTED
+    assert len(checked) == 1
+
+
 def test_the_certificate_is_not_evaluated_by_the_solve(reference_problem, monkeypatch):
     calls = []
     monkeypatch.setattr(Certification, "conclude", lambda certification: calls.append(certification))

@@ -33,6 +33,16 @@ def test_an_interrupt_on_any_grid_ends_the_solve(number):
     assert gait.solver.warnings == ()
 
 
+def test_an_interrupt_while_a_refused_problem_is_evaluated_is_reported(monkeypatch):
+    monkeypatch.setattr(planar_solver, "explain_one_way_slip", lambda problem: "no equilibrium")
+    gait = solve_planar(hop(intervals=(4, 4)))
+    assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no equilibrium")
+    observe, _ = interrupter(1)
+    gait = solve_planar(hop(intervals=(4, 4)), observer=observe)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.message == "User_Requested_Stop"
+
+
 def test_an_interrupt_of_a_later_start_keeps_the_gait_found_before():
     problem = hop(intervals=(4, 4)).replace(transcription=Collocation(intervals=(4, 4), tolerance=math.inf))
     observe, began = interrupter(2)

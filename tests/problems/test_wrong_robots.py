@@ -119,7 +119,10 @@ def test_straight_legs_without_arming_condition_have_the_remedy():
 
 @pytest.mark.parametrize(
     ("armed", "advice"),
-    [(-1, "check the sign of the expression."), (True, "only a lower threshold may be a remedy.")],
+    [
+        (-1, "check the sign of the expression."),
+        (True, "as in `armed=ahead - 0.1`, use a smaller one."),
+    ],
     ids=["reversed", "right"],
 )
 def test_only_a_reversed_arming_condition_is_advised_to_be_checked(armed, advice):

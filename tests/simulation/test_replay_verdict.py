@@ -1,14 +1,28 @@
 """verify: the example passes, and every way of tampering with it is found and named."""
 
 import dataclasses
+import math
 import re
 
 import numpy as np
 import pytest
 
-from gaitopt import InputError, ScipyEngine, Status, load, replay, verify
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    InputError,
+    Limits,
+    ScipyEngine,
+    Status,
+    compass_biped,
+    load,
+    replay,
+    solve,
+    verify,
+)
 from gaitopt.motion import Verification
 from gaitopt.simulation import Tolerances, verification
+from gaitopt.simulation.replay_advice import BEGINNING, advise_on_replay
 
 
 def with_motion(gait, **changes):
@@ -64,6 +78,46 @@ def test_the_replay_forgets_the_plan(slip_gait, compass):
     straight = replay(slip_gait)
     blind = replay(dataclasses.replace(slip_gait, motion=nonsense))
     np.testing.assert_array_equal(blind.motion.jumps[0].v_next, straight.motion.jumps[0].v_next)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "remedy"),
+    [
+        (math.inf, "which its tolerance of inf permits; use the default tolerance, 1e-07."),
+        (1e-7, "from a motion of the robot between its nodes; use more intervals."),
+    ],
+)
+def test_the_advice_on_a_coarse_grid_is_a_smaller_tolerance_or_more_intervals(tolerance, remedy):
+    problem = GaitProblem(
+        robot=compass_biped(), sequence="slip+ stick | slip+", friction=0.14, speed=0.633, step_length=0.4713,
+        limits=Limits(torque=2.5), transcription=Collocation(intervals=5, tolerance=math.inf),
+    )  # fmt: skip
+    gait = solve(problem)
+    assert (gait.status, gait.solver.warnings) == (Status.SOLVED, ())
+    failed = verify(gait.replace_fields(problem=gait.problem | {"tolerance": tolerance}))
+    assert failed.status is Status.NOT_VERIFIED
+    (advice,) = failed.solver.warnings
+    assert advice.startswith(f"{BEGINNING}the grid is too coarse: the plan deviates by ")
+    assert advice.endswith(remedy)
+    assert verify(failed).solver.warnings == failed.solver.warnings
+    assert verify(failed, tolerances=Tolerances(state=1e-4)).solver.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("sequence", "error", "remedy"),
+    [
+        ("slip+ stick | stick", 1e-9, "use a larger Margins.impact_cone."),
+        ("slip+ stick slip- | slip+", 1e-9, "use larger Margins (cone, slip_speed)."),
+        ("slip+ stick | slip+", 1e-9, "such as Collocation(tolerance=1e-9), or more intervals."),
+        ("slip+ stick | stick", 1e-6, "use more intervals."),
+    ],
+)
+def test_the_advice_depends_on_what_differs(slip_gait, sequence, error, remedy):
+    gait = slip_gait.replace_fields(solver=slip_gait.solver.replace_fields(error_between_nodes=error))
+    verdict = dataclasses.replace(verify(gait).verification, passed=False, sequence=sequence, reasons=("differs",))
+    assert advise_on_replay(gait, verdict).endswith(remedy)
+    wrong = dataclasses.replace(verdict, reasons=("the leg exchange changes the kinetic energy by 1 J",))
+    assert advise_on_replay(gait, wrong) == ""
 
 
 @pytest.mark.parametrize("relative", [1e-4, -1e-3])

@@ -12,10 +12,12 @@ from gaitopt import (
     ArchiveError,
     Execution,
     GaitProblem,
+    InputError,
     Limits,
     MultipleShooting,
     basin,
     compass_biped,
+    load,
     load_sweep,
     rimless_wheel,
     search,
@@ -190,3 +192,13 @@ def test_folders_of_workers_of_a_killed_process_are_removed(tmp_path, monkeypatc
     (folder / "owner.lock").touch()
     with lock_study(tmp_path / "front.nc"):
         assert not folder.exists()
+
+
+def test_a_folder_without_results_is_used_by_another_study_unless_one_is_computed(tmp_path):
+    GaitStore(tmp_path / "study", {"starts": 1})
+    store = GaitStore(tmp_path / "study", {"starts": 2})
+    with lock_study(store.path), pytest.raises(InputError, match="different starts"):
+        GaitStore(store.path, {"starts": 3})
+    store["gait"] = load("docs/examples/compass_slip.h5")
+    with pytest.raises(InputError, match="different starts"):
+        GaitStore(store.path, {"starts": 3})

@@ -10,6 +10,7 @@ from gaitopt.continuation.optimal.parametric_nlp import ParametricNlp
 from gaitopt.motion.motion import Array
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.progress import silent
+from gaitopt.status import Status
 
 MOST_ADJUSTMENTS = 10
 """Largest number of changes of the active set at the start."""
@@ -29,6 +30,8 @@ def find_optimum(
 ) -> KktLinearisation | None:
     """Return the optimum at a value of the parameter near some unknowns; None if its active set is not determined.
 
+    An interrupt of the solve raises KeyboardInterrupt.
+
     Parameters
     ----------
     nlp : ParametricNlp
@@ -44,6 +47,8 @@ def find_optimum(
 
     limits, inner = nlp.bounds_at(value), nlp.transcription.nlp
     result = Newton().minimise(inner, x, locate_data(x), limits, silent, multipliers, update_data=locate_data)
+    if result.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     nlp, scaled = nlp.locate_sign_changes(result.x), np.concatenate(result.multipliers) / inner.typical
     equal = (nlp.lower.origin == nlp.upper.origin) & (nlp.lower.slope == nlp.upper.slope)
     positions = np.concatenate([result.x, result.g])

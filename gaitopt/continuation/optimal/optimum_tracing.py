@@ -27,6 +27,7 @@ from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.parameters import check_type, optional, whole_number
 from gaitopt.simulation.engine import Engine
+from gaitopt.status import Status
 
 OptimumObserver = Callable[[OptimalBranch], None]
 """Called with a branch whenever a point of it has been added."""
@@ -174,7 +175,7 @@ class OptimumTracer:
                 known.add(sequence)
                 guess = FromMotion(solve_result(optimum).motion, label="the gait of the neighbouring sequence")
                 problem = optimum.problem.replace(sequence=sequence, guess=guess)
-                gait = solve(problem, starts=self.options.starts)
+                gait = self._solve(problem)
                 try:
                     branch = self._follow_gait(problem.without_guess(), gait)
                 except InputError:  # no gait of this sequence exists at this place
@@ -201,11 +202,18 @@ class OptimumTracer:
     def _samples(self) -> Sequence[float]:
         return list_samples(self.ends, self.options.points, self.ends[0])
 
+    def _solve(self, problem: GaitProblem) -> Gait:
+        """Return the result of a solve; raise KeyboardInterrupt if it was interrupted."""
+        gait = solve(problem, starts=self.options.starts)
+        if gait.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return gait
+
     def _follow_gait(self, problem: GaitProblem, gait: Gait | None) -> OptimalBranch:
         """Return the branch of a gait, in both directions; by default of the solution at the first end of the range."""
         if gait is None:
             problem = find_number(problem, self.parameter).change(self.ends[0])
-            gait = solve(problem, starts=self.options.starts)
+            gait = self._solve(problem)
             if not gait.status.ok:
                 raise InputError(
                     f"No optimal gait '{problem.sequence}' was found at {self.parameter} = {self.ends[0]:g}: "

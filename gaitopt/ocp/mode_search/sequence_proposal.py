@@ -16,7 +16,7 @@ from gaitopt.ocp.mode_search.phase_proposal import propose_phases
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
-from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, GridSolution, SingleStart
+from gaitopt.ocp.solution.grid_solve import BARRIER_NEARBY_PROBLEM, STOPPED_EARLY, GridSolution, SingleStart
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.progress import SolveObserver, silent
@@ -57,15 +57,16 @@ def solve_open_sequence(
     started = time.perf_counter()
     propose = propose_phases if problem.sequence.has_open_phases else propose_impact
     candidates = propose(problem, guess, solver, observer, homotopy)
-    ending = candidates.path.outcome.status
-    if ending in (Status.INTERRUPTED, Status.TIME_LIMIT):  # the last iterate, without further iterations
+    ending, checks = candidates.path.outcome.status, list[CandidateCheck]()
+    for sequence, closed_guess in zip(candidates.sequences, candidates.guesses, strict=True):
+        if ending not in STOPPED_EARLY:
+            checks.append(_check_candidate(problem.replace(sequence=sequence), closed_guess, solver, observer))
+            if checks[-1].solution.outcome.status is Status.INTERRUPTED:
+                ending = Status.INTERRUPTED
+    if ending in STOPPED_EARLY:  # the last iterate, without further iterations
         closed = problem.replace(sequence=candidates.sequences[0])
         gait = solve_from_start(closed, candidates.guesses[0], Ipopt(max_iterations=0), silent)
         return _judge_candidate(problem, homotopy, candidates, [], gait.replace_fields(status=ending))
-    checks = [
-        _check_candidate(problem.replace(sequence=sequence), closed_guess, solver, observer)
-        for sequence, closed_guess in zip(candidates.sequences, candidates.guesses, strict=True)
-    ]
     checks.sort(key=lambda check: check.rank)
     gait = solve_from_start(problem.replace(sequence=checks[0].sequence), checks[0].guess, solver, observer)
     relaxed = sum(step.iterations for step in candidates.path.steps)

@@ -226,7 +226,10 @@ def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -
     names = [contact.name for contact in robot.contacts if contact.conditional]
     if any(is_armed_behind(robot, name, problem.values) for name in names):
         return (f"{rule}: check the sign of the expression.",)
-    return (f"{rule}. Its sign seems correct, so that only a lower threshold may be a remedy.",)
+    return (
+        f"{rule}. The sign of the expression seems correct; if a threshold is subtracted in it, as in "
+        "`armed=ahead - 0.1`, use a smaller one.",
+    )
 
 
 def report_suspects(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
+from gaitopt.ocp.multicontact.cyclic_coordinates import minimise_without_drift
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_problem
@@ -39,9 +40,10 @@ from gaitopt.ocp.multicontact.planar_warm_start import (
 from gaitopt.ocp.multicontact.range_start import solve_from_range_ends
 from gaitopt.ocp.multicontact.touchdown_repair import Repair, repair_touchdowns
 from gaitopt.ocp.nlp.active_set import Newton
+from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.ipopt import MOST_ITERATIONS, Ipopt
 from gaitopt.ocp.nlp.keys import Unknown
-from gaitopt.ocp.nlp.nlp_solver import NlpSolver
+from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import check_count
@@ -204,9 +206,12 @@ class _Start:
         solver = self.solver
         if isinstance(solver, Ipopt) and limit < solver.max_iterations:
             solver = evolve(solver, max_iterations=limit)
-        outcome = solver.minimise(
-            transcription.nlp, x, planar_data(problem), bounds, self.observer, multipliers, BARRIER_NEARBY
-        )
+        data = planar_data(problem)
+
+        def minimise(initial: Array, within: Bounds, known: tuple[Array, Array] | None) -> NlpResult:
+            return solver.minimise(transcription.nlp, initial, data, within, self.observer, known, BARRIER_NEARBY)
+
+        outcome = minimise_without_drift(minimise, transcription, data, bounds, x, multipliers)
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
@@ -299,9 +304,11 @@ def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
-    """Return the failure of a problem that has no solution, without solving it."""
+    """Return the failure of a problem that has no solution, without solving it; or the interrupted evaluation."""
     start = _Start(solver, observer)
     result = start.solve(problem, limit=1)
+    if result.outcome.status is Status.INTERRUPTED:
+        return _report(result, start)
     failure = _report(replace(result, outcome=replace(result.outcome, status=Status.INFEASIBLE, message=reason)), start)
     return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
 

@@ -23,6 +23,7 @@ from gaitopt.ocp.statement.limits import Limits
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.transcription import Transcription, transcribe
 from gaitopt.progress import silent
+from gaitopt.status import Status
 
 
 @check_arguments
@@ -70,6 +71,8 @@ def passive_cycle(
     limits = _without_torque(transcription, bounds(transcription, problem))
     x = np.clip(initial_point(transcription, problem, LinearGuess()), limits.x_lower, limits.x_upper)
     outcome = Ipopt().minimise(transcription.nlp, x, data_vector(problem), limits, silent)
+    if outcome.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     if not outcome.status.ok:
         raise InputError(
             f"No passive cycle of robot {robot.name!r} was found at a slope of {math.degrees(slope):g} deg "

@@ -151,6 +151,8 @@ def _solve_without(
         return None
     gait = solve_from_start(relaxed.replace(stability=None), guess, solver, observer)
     gait = solve_from_start(relaxed, WarmStart(gait), solver, observer) if gait.status.ok else gait
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
     if not gait.status.ok:
         return None
     if conflict.setting == "Limits.torque":

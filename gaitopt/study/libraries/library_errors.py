@@ -18,6 +18,7 @@ from gaitopt.ocp.solver import solve
 from gaitopt.ocp.statement.warm_start import FromMotion
 from gaitopt.simulation.simulator import simulate
 from gaitopt.simulation.step_limits import StepLimits
+from gaitopt.status import Status
 from gaitopt.study.libraries.gait_library import GaitLibrary, resample_phase
 
 LawMaker = Callable[[Robot, Motion], Law]
@@ -166,11 +167,14 @@ def _simulate_step(robot: Robot, motion: Motion, law: LawMaker) -> tuple[str, fl
 
 
 def _solve_at(problem: GaitProblem, sequence: str, place: dict[str, float], motion: Motion) -> Gait:
-    """Return the optimal gait at a place of the grid."""
+    """Return the optimal gait at a place of the grid; raise KeyboardInterrupt if the solve was interrupted."""
     fields = {name: value for name, value in place.items() if name in ("speed", "step_length")}
     others = {name: value for name, value in place.items() if name not in fields}
     guess = FromMotion(motion, label="interpolated gait")
-    return solve(problem.replace(sequence=sequence, guess=guess, **fields).fix_parameters(others))
+    gait = solve(problem.replace(sequence=sequence, guess=guess, **fields).fix_parameters(others))
+    if gait.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return gait
 
 
 def _compare(motion: Motion, gait: Gait) -> dict[str, float]:

@@ -76,7 +76,7 @@ def search_planar_sequences(
             findings.append(RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=str(error)))
     tasks = [Task(name_file(sequence), (sequence, starts), label=str(sequence)) for sequence in problems]
     running = run_tasks(_solve, tasks, problem, known=kept, execution=execution)
-    lost = collect_tasks(running, kept, tasks, execution.observer).failures
+    lost = collect_tasks(running, kept, tasks, execution.observer, known_suffice=True).failures
     for sequence in problems:
         name = name_file(sequence)
         if name in kept:

@@ -14,6 +14,7 @@ from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.summary import plain
@@ -22,7 +23,7 @@ from gaitopt.ocp.statement.criteria import CostOfTransport, PositiveWork
 from gaitopt.reductions import rank_of
 from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
-from gaitopt.study.storage.failure_reason import MERGED, explain_failure
+from gaitopt.study.storage.failure_reason import MERGED, PENDING, explain_failure
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -35,7 +36,7 @@ class RankedGait:
     status : str
         Status of its gait; ``"merged"`` if the gait degenerates to a shorter sequence without a lower cost than the
         gaits of fewer phases; ``"impossible"``; ``"lost"`` if its process died; ``"pending"`` if the search was
-        interrupted before.
+        interrupted before; its gait is then that of a first solve, if there is one.
     reason : str
         Reason why it is not ranked; empty if it is.
     gait : Gait, PlanarGait or None
@@ -67,7 +68,8 @@ class RankedGait:
 
     def record(self) -> dict[str, Any]:
         """Return the result as plain data."""
-        gait = self.gait if self.gait is not None and (self.ranked or self.status == MERGED) else None
+        known = self.gait is not None and self.gait.status.ok
+        gait = self.gait if known and (self.ranked or self.status in (MERGED, PENDING)) else None
         verification = None if self.gait is None else self.gait.verification
         return plain(
             {
@@ -194,6 +196,15 @@ def judge_gait(gait: Gait, shortest_phase: float, file: Path | None) -> RankedGa
     return RankedGait(sequence=gait.sequence, status=MERGED, reason=reason, gait=gait, merged_into=other, file=file)
 
 
+def report_first_pass(sequence: ContactSequence, gait: Gait) -> RankedGait:
+    """Return the result for a sequence of which an interrupted search has computed the first pass only."""
+    reason = f"first solve: {explain_failure(gait)}"
+    if gait.status.ok:
+        name = name_objective(gait.problem["objective"])
+        reason = f"first solve: {name} {ranking_cost(gait):.6f}, neither replayed nor improved from other sequences yet"
+    return RankedGait(sequence=sequence, status=PENDING, reason=reason, gait=gait)
+
+
 def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
     """Return the ranking of results: ranked, merged, then the others.
 
@@ -201,7 +212,9 @@ def rank_gaits(findings: list[RankedGait], complete: bool) -> Ranking:
     its bound, but the optimum without it is worse.
     """
     costs = [
-        (len(finding.sequence.phases), objective(finding.gait)) for finding in findings if finding.gait is not None
+        (len(finding.sequence.phases), objective(finding.gait))
+        for finding in findings
+        if finding.gait is not None and finding.status != PENDING
     ]
 
     def restore_separate(finding: RankedGait) -> RankedGait:

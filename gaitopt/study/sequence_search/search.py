@@ -1,5 +1,6 @@
 """Search for the contact sequence of lowest cost."""
 
+import contextlib
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from pathlib import Path
 
@@ -26,7 +27,14 @@ from gaitopt.study.multistart import (
     verify_best,
 )
 from gaitopt.study.sequence_search.planar_search import list_planar_sequences, search_planar_sequences
-from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, rank_gaits, save_ranking
+from gaitopt.study.sequence_search.ranking import (
+    RankedGait,
+    Ranking,
+    judge_gait,
+    rank_gaits,
+    report_first_pass,
+    save_ranking,
+)
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
     enumerate_sequences,
@@ -37,6 +45,9 @@ from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFI
 from gaitopt.study.storage.gait_store import RANKING, GaitStore
 from gaitopt.study.storage.study_key import study_key
 from gaitopt.study.storage.study_lock import lock_study
+
+SOLVES = 2
+"""Tasks of each contact sequence: its two passes."""
 
 NEIGHBOUR_STARTS = 1
 """Number of starts from neighbouring contact sequences, those of lowest cost."""
@@ -133,7 +144,7 @@ def _solve_sequences(
     impossible = {sequence: reason for sequence in tried if (reason := explain_impossibility(sequence, problem))}
     planned = plan_search([sequence for sequence in tried if sequence not in impossible], starts)
     running = run_tasks(solve_sequence, planned, problem, known=kept, execution=execution)
-    lost = collect_tasks(running, kept, planned, execution.observer).failures
+    lost = collect_tasks(running, kept, planned, execution.observer, known_suffice=True).failures
     findings = [
         RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason) for sequence, reason in impossible.items()
     ]
@@ -159,9 +170,10 @@ def _search_planar(
             key["problem"].pop(ignored)
         key["intervals"] = repr(problem.transcription.intervals)
         kept = GaitStore(directory, key)
-    ranking = search_planar_sequences(problem, tried, starts=starts, execution=execution, kept=kept)
-    if isinstance(kept, GaitStore):
-        save_ranking(ranking, kept.path / RANKING)
+    with lock_study(kept.path) if isinstance(kept, GaitStore) else contextlib.nullcontext():
+        ranking = search_planar_sequences(problem, tried, starts=starts, execution=execution, kept=kept)
+        if isinstance(kept, GaitStore):
+            save_ranking(ranking, kept.path / RANKING)
     return ranking
 
 
@@ -234,5 +246,7 @@ def _finding(
     if key in kept:
         file = kept.file(key) if isinstance(kept, GaitStore) else None
         return judge_gait(kept[key], problem.limits.shortest_phase, file)
+    if key not in lost and _first(sequence) in kept:
+        return report_first_pass(sequence, kept[_first(sequence)])
     status, reason = (LOST, lost[key]) if key in lost else (PENDING, UNFINISHED)
     return RankedGait(sequence=sequence, status=status, reason=reason)

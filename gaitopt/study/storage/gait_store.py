@@ -10,6 +10,7 @@ from gaitopt.motion.archive import load, save
 from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.summary import plain
+from gaitopt.study.storage.study_lock import SUFFIX
 
 QUESTION, RANKING = "question.json", "ranking.json"
 """Files of the key of a study and of the ranking of a search in their folder."""
@@ -26,7 +27,7 @@ class GaitStore(MutableMapping[str, Gait]):
     path : str or Path
         Created if it does not exist.
     key : dict
-        Key of the study as plain data; a folder of a different study is rejected.
+        Key of the study as plain data; a folder with results of a different study is rejected.
 
     Raises
     ------
@@ -44,14 +45,26 @@ class GaitStore(MutableMapping[str, Gait]):
         except OSError as error:
             raise ArchiveError(f"Cannot create the folder {self.path}: {error.strerror or error}.") from None
         if (self.path / QUESTION).is_file():
-            check_same_study(_read(self.path / QUESTION), requested, self.path)
+            try:
+                check_same_study(_read(self.path / QUESTION), requested, self.path)
+            except InputError:
+                if not self._is_unused():
+                    raise
+                self._write_key(requested)
         elif any(self.path.glob("*.h5")):
             raise InputError(
                 f"The folder {self.path} contains gait files that belong to no study; choose another folder."
             )
         else:
-            with write_atomically(self.path / QUESTION) as temporary:
-                temporary.write_text(json.dumps(requested, indent=1), encoding="utf-8")
+            self._write_key(requested)
+
+    def _is_unused(self) -> bool:
+        """Return whether the folder has no result of its study, nor a process that computes one."""
+        return not any(self.path.glob("*.h5")) and not any(self.path.glob(f"*{SUFFIX}"))
+
+    def _write_key(self, key: dict[str, Any]) -> None:
+        with write_atomically(self.path / QUESTION) as temporary:
+            temporary.write_text(json.dumps(key, indent=1), encoding="utf-8")
 
     @staticmethod
     def beside(path: Path) -> Path:
