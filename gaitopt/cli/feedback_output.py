@@ -201,13 +201,14 @@ def verification_text(verified: "Recovery", *, search_interrupted: bool = False)
     if not verified.radius:
         if verified.beyond in (0, math.inf):
             return "no: the law does not stabilise the gait"
-        text = f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait"
+        some = "the start does" if verified.starts == 1 else f"some of the {verified.starts} starts do"
+        text = f"no: in each tested ball of pushes, {some} not return to the gait"
         if math.isnan(verified.beyond):
             return text
         return f"{text} in {steps} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
     text = f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait"
     if verified.steps:
-        text += f" (within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
+        text += f" (within {verified.tolerance:g}) in at most {steps}{_settling(verified)}"
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
 
 
@@ -307,7 +308,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     radius = format_radius(facts["radius"])
     out.print(f"{facts['law']}: spectral radius {radius}{_describe_conditions(facts)}", soft_wrap=True)
     recovery = next((each for each in basins.values() if each is not None), None)
-    limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
+    limit = f" (within {recovery.tolerance:g}) in {format_count(recovery.steps, 'step')}" if recovery else ""
     steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
     pushes = _describe_starts(facts.get("starts", 0))
     caption = (

@@ -42,7 +42,7 @@ def impact(
 
     Coordinates and rates without --state are those of the script, if it states a start.
 
-    Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
+    Exit status 0 if exactly one outcome is consistent, 1 otherwise.
 
     Example: gaitopt impact problems/kneed_walker.py --state a=-0.1 --state b=0.3 --state flexion_b_rate=-4
     """

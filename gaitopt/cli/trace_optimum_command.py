@@ -15,6 +15,7 @@ from gaitopt.cli.output import INTERRUPTED, err, out, print_json, report_file
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.script import Script, gait_problem, read_script
 from gaitopt.errors import InputError
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def trace_script(
     def observe(branch: "OptimalBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        display.describe(f"branch {len(branches)}, {format_count(points, 'gait')}, {name} = {branch.values[-1]:.6g}")
 
     tracer = OptimumTracer(problem, {name: (low, high)}, options, observe)
     try:

@@ -13,6 +13,7 @@ from gaitopt.cli.progress_display import Display
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, name_sides
 from gaitopt.continuation.following import FollowingWork
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.motion.printable import format_count
 
 
 class TraceProgress:
@@ -40,7 +41,7 @@ class TraceProgress:
     def show_work(self, work: FollowingWork) -> None:
         """Show the work that begins."""
         value = f"{self._name} = {work.value * self._factor:.6g} {self._unit}".rstrip()
-        text = f"branch {self._branch}, {self._gaits} gaits, {value}, arclength {work.arclength:.3g}"
+        text = f"branch {self._branch}, {format_count(self._gaits, 'gait')}, {value}, arclength {work.arclength:.3g}"
         self.display.describe(f"{text}: {work.name}" if work.name else text)
 
 
@@ -76,7 +77,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     if diagram.curves:
         out.print(_curve_table(diagram))
     if doublings and diagram.complete and not any(b.special_of("period_doubling") for b in diagram.branches):
-        out.print("The branches have no period doubling, so that --doublings has no effect.")
+        out.print("The branches have no period doubling, so --doublings has no effect.")
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")

@@ -85,7 +85,7 @@ def test_tune_states_the_cost_of_search_and_verification(command, slip_file, opt
     assert run.status == 0
     texts = [
         "search: at most 4 evaluations: the initial gains and one simplex search of at most 3 evaluations",
-        "verification: about 20 walks at most, of at most 30 steps each, from 2 random pushes (--starts)",
+        "verification: at most about 20 walks of at most 30 steps each, from 2 random pushes (--starts)",
         "verification: a walk from a small push takes",
     ]
     assert [text in run.err for text in texts] == [not option] * 3

@@ -61,7 +61,7 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     facts["verified"]["push_radius"] = 0.0
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
-    assert "no: in each tested ball of pushes, some of the 1 starts do not" in " ".join(capsys.readouterr().out.split())
+    assert "no: in each tested ball of pushes, the start does not return" in " ".join(capsys.readouterr().out.split())
     facts["verified"]["interrupted"] = True
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
