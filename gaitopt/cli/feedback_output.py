@@ -186,8 +186,13 @@ def _count_failures(verified: "Recovery") -> str:
     """Return how many walks do not return for which reason, in parentheses; empty if they were not counted."""
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
-    texts = {ENDED: "end", LEFT: "lead away from the gait", SLOW: "approach it too slowly"}
-    counts = [f"{verified.failures[reason]} {text}" for reason, text in texts.items() if verified.failures.get(reason)]
+    texts = {
+        ENDED: ("ends", "end"),
+        LEFT: ("leads away from the gait", "lead away from the gait"),
+        SLOW: ("approaches it too slowly", "approach it too slowly"),
+    }
+    numbers = {reason: verified.failures[reason] for reason in texts if verified.failures.get(reason)}
+    counts = [f"{number} {texts[reason][number != 1]}" for reason, number in numbers.items()]
     return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
@@ -315,7 +320,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
         f"survived if the walker returns to the gait{limit}{pushes}, any other disturbance if it completes {steps}, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
-        "coefficient of friction in the first steps. Torque noise: standard deviation."
+        "coefficient of friction in the first five steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-) instead of one that is not survived: the largest disturbance tried is survived."

@@ -335,7 +335,7 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
             "scenarios",
             f"{', '.join(scenarios)}; {format_count(plan['steps'], 'step')}, tolerance {plan['tolerance']:g}",
         ),
-        ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),
+        ("robustness", f"{reached}, additional cost {100 * plan['additional_cost']:+.1f} %"),
     ]
     if plan["selected"]:
         facts.append(("added scenarios", "; ".join(plan["selected"])))

@@ -157,6 +157,8 @@ def test_the_warning_counts_the_walks_by_reason(slip_gait):
     text = feedback_output._describe_poor_recovery(tuned)
     assert "rad/s (of 200 walks, 2 end, 3 approach it too slowly) already end the walk" in text
     verified = feedback_output.tuning_facts(tuned)["verified"]
+    text = feedback_output._describe_poor_recovery(tuning(slip_gait, **counted | {"failures": {"slow": 1}}))
+    assert "(of 200 walks, 1 approaches it too slowly)" in text
     assert (verified["failure"], verified["failures"], verified["steps"]) == ("ended", counted["failures"], 30)
 
 
