@@ -82,8 +82,8 @@ class MotionFit:
     def __str__(self) -> str:
         lines = [
             f"{self.samples} samples, {self.duration:.4g} s",
-            "rms, largest: difference of the curve from the samples; closure: difference of the end of the step, after "
-            "the leg exchange, from its start",
+            "rms, largest: difference of the curve from the samples; at: part of the step after which it is largest; "
+            "closure: difference of the end of the step, after the leg exchange, from its start",
             f"{'coordinate':20s} {'rms':>10} {'largest':>10} {'at [%]':>6} {'closure':>10} {'rate error':>11}",
         ]
         for one in self.coordinates:
