@@ -306,9 +306,9 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
     if isinstance(problem, PlanarProblem):
         raise InputError(
             f"{script.path} optimises a robot with several contacts, which this command does not accept; 'gaitopt "
-            f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it (with --law lqr: under feedback), "
-            f"and 'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved gait "
-            "over a parameter; the guide 'Stability and branches of a custom robot' shows how."
+            f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it (under feedback with --law lqr), "
+            f"and 'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved "
+            "gait over a parameter; the guide 'Stability and branches of a custom robot' shows how."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind, alone = type(problem).__name__, explain_robot_alone({"problem": problem})
