@@ -34,7 +34,7 @@ class PlanarSegment(LazyRecord):
         Coordinates [m or rad] and their rates.
     torque : (n_u, K) array [N m or N]
     force : (n_c, 2, K) array [N]
-        Force (f_t, f_n) of each contact; of a joint stop, the generalized force f_n, which may be a torque.
+        Force (f_t, f_n) of each contact; of a joint stop, the generalised force f_n, which may be a torque.
     work : (n_u, K) array [J]
         Work of each actuator since the start of the segment.
     friction_work : (n_c, K) array [J]
