@@ -170,7 +170,9 @@ def _add_setting_hint(error: Any) -> None:
 def _describe_system_error(error: Exception) -> str | None:
     """Return a sentence on a file that the operating system refuses, or on memory; None for any other error."""
     if lacks_memory(error):
-        return "The memory is insufficient for this command."
+        return (
+            "The memory is insufficient for this command: free some memory, or use fewer workers or a smaller problem."
+        )
     if isinstance(error, OSError) and isinstance(error.filename, str) and error.errno in _REFUSALS:
         return f"Cannot read or write {error.filename:.200}: {error.strerror}."
     return None

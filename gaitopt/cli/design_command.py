@@ -42,7 +42,8 @@ def design(
         typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the gait files.", show_default="SCRIPT"),
     ] = None,
     law: Annotated[
-        str | None, typer.Option(help=f"Law of a RobustProblem instead of that of the script: {LAW_VALUES}.")
+        str | None,
+        typer.Option(metavar="LAW", help=f"Law of a RobustProblem instead of that of the script: {LAW_VALUES}."),
     ] = None,
     count: Annotated[
         int, typer.Option(min=1, help="Number of unseen scenarios, and of pushes, in the test of a RobustProblem.")

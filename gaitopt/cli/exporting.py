@@ -283,7 +283,8 @@ def export(
 
     A .py controller needs NumPy only.  Without --law, the controller replays the planned torques and has no gains.
 
-    The gait file itself is HDF5, which MATLAB, Julia and others read directly (docs/file_format.md).
+    The gait file itself is HDF5, which MATLAB, Julia and others read directly; the page 'The gait file' of the
+    documentation describes it.
 
     For a sweep (.nc), the .py file interpolates the gaits over its axes, and the largest errors at the midpoints
     of the grid cells are reported.

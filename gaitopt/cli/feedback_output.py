@@ -186,8 +186,13 @@ def _count_failures(verified: "Recovery") -> str:
     """Return how many walks do not return for which reason, in parentheses; empty if they were not counted."""
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
-    texts = {ENDED: "end", LEFT: "lead away from the gait", SLOW: "approach it too slowly"}
-    counts = [f"{verified.failures[reason]} {text}" for reason, text in texts.items() if verified.failures.get(reason)]
+    texts = {
+        ENDED: ("ends", "end"),
+        LEFT: ("leads away from the gait", "lead away from the gait"),
+        SLOW: ("approaches it too slowly", "approach it too slowly"),
+    }
+    numbers = {reason: verified.failures[reason] for reason in texts if verified.failures.get(reason)}
+    counts = [f"{number} {texts[reason][number != 1]}" for reason, number in numbers.items()]
     return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
@@ -201,13 +206,14 @@ def verification_text(verified: "Recovery", *, search_interrupted: bool = False)
     if not verified.radius:
         if verified.beyond in (0, math.inf):
             return "no: the law does not stabilise the gait"
-        text = f"no: in each tested ball of pushes, some of the {verified.starts} starts do not return to the gait"
+        some = "the start does" if verified.starts == 1 else f"some of the {verified.starts} starts do"
+        text = f"no: in each tested ball of pushes, {some} not return to the gait"
         if math.isnan(verified.beyond):
             return text
         return f"{text} in {steps} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
     text = f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait"
     if verified.steps:
-        text += f" (within {verified.tolerance:g}) in at most {verified.steps} steps{_settling(verified)}"
+        text += f" (within {verified.tolerance:g}) in at most {steps}{_settling(verified)}"
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
 
 
@@ -307,14 +313,14 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     radius = format_radius(facts["radius"])
     out.print(f"{facts['law']}: spectral radius {radius}{_describe_conditions(facts)}", soft_wrap=True)
     recovery = next((each for each in basins.values() if each is not None), None)
-    limit = f" (within {recovery.tolerance:g}) in {recovery.steps} steps" if recovery else ""
+    limit = f" (within {recovery.tolerance:g}) in {format_count(recovery.steps, 'step')}" if recovery else ""
     steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
     pushes = _describe_starts(facts.get("starts", 0))
     caption = (
         "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
         f"survived if the walker returns to the gait{limit}{pushes}, any other disturbance if it completes {steps}, "
         "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
-        "coefficient of friction in the first steps. Torque noise: standard deviation."
+        "coefficient of friction in the first five steps. Torque noise: standard deviation."
     )
     if any(each["failed"] is None for each in facts["survived"]):
         caption += " A dash (-) instead of one that is not survived: the largest disturbance tried is survived."

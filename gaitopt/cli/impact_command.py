@@ -42,7 +42,7 @@ def impact(
 
     Coordinates and rates without --state are those of the script, if it states a start.
 
-    Exit status 0 if exactly one outcome is consistent, 1 if several are or none is.
+    Exit status 0 if exactly one outcome is consistent, 1 otherwise.
 
     Example: gaitopt impact problems/kneed_walker.py --state a=-0.1 --state b=0.3 --state flexion_b_rate=-4
     """
@@ -121,10 +121,11 @@ def _print_outcome(robot: "PlanarRobot", outcome: "ImpactOutcome") -> None:
 
     count = len(outcome.candidates)
     out.print(f"ambiguous: {count} outcomes" if count > 1 else "unique outcome" if count else "no consistent outcome")
+    units = {contact.name: "N m s" if contact.unit == "rad" else "N s" for contact in robot.contacts}
     for candidate in outcome.candidates:
-        table = Table("contact", "mode", "tangential [N s]", "normal [N s or N m s]", box=box.SIMPLE)
+        table = Table("contact", "mode", "tangential [N s]", "normal", "", box=box.SIMPLE)
         for name, (tangential, normal) in candidate.impulse.items():
-            table.add_row(name, candidate.modes[name].value, f"{tangential:.9g}", f"{normal:.9g}")
+            table.add_row(name, candidate.modes[name].value, f"{tangential:.9g}", f"{normal:.9g}", units[name])
         out.print(table)
         rates = zip(robot.coordinates, candidate.velocity_plus, robot.units, strict=True)
         out.print(f"energy lost {candidate.energy_lost:.9g} J")

@@ -16,7 +16,9 @@ def problems(
     folder: Annotated[
         Path | None,
         typer.Argument(
-            help="Folder of problem scripts.", show_default="problems, or the scripts installed with gaitopt"
+            metavar="FOLDER",
+            help="Folder of problem scripts.",
+            show_default="problems, or the scripts installed with gaitopt",
         ),
     ] = None,
     json: Json = False,

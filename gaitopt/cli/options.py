@@ -198,8 +198,8 @@ Evaluations = Annotated[
     int,
     typer.Option(
         min=1,
-        help="Maximum number of evaluations of each of two simplex searches that follow the samples; with the initial "
-        "gains of the law, at most 1 + SAMPLES + 2 EVALUATIONS evaluations in total.",
+        help="Maximum number of evaluations of each of two simplex searches that follow the samples. In total, with "
+        "the initial gains, there are at most 1 + SAMPLES + 2 * EVALUATIONS evaluations.",
     ),
 ]
 Sequences = Annotated[
@@ -218,8 +218,8 @@ Measures = Annotated[
     typer.Option(
         "--with",
         metavar="MEASURE,...",
-        help="Further columns: stability (Floquet multipliers in open loop), recovery (largest ball of recovered "
-        "pushes). They can be added to the file of a finished sweep.",
+        help="Further measures of each gait: stability (Floquet multipliers in open loop), recovery (largest ball of "
+        "recovered pushes). They can be added to the file of a finished sweep.",
     ),
 ]
 PointStarts = Annotated[
@@ -293,6 +293,7 @@ Frictions = Annotated[
     list[float] | None,
     typer.Option(
         "--friction",
+        metavar="FRICTION",
         help="Additional friction coefficient for which to tune (repeatable); the worst case is minimised.",
     ),
 ]
@@ -320,6 +321,7 @@ EngineName = Annotated[
     str,
     typer.Option(
         "--engine",
+        metavar="NAME",
         help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed (for a robot with "
         "several contacts: scipy).",
     ),
@@ -364,7 +366,7 @@ PushStarts = Annotated[
         min=1,
         max=100000,
         help="Number of simulated walks, each from a random state after a push. The states of tune and push are the "
-        "same for equal numbers (tune: --seed 0), and the ball from which all walks return shrinks with their number.",
+        "same for equal numbers (tune: --seed 0), and the ball from which all walks return shrinks as their number grows.",
     ),
 ]
 

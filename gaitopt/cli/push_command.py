@@ -251,8 +251,8 @@ def _resume(output: Path | None, settings: dict[str, Any], kinds: tuple[str, ...
                 f"{_show(value)}. Complete it with its own options, or state another output file."
             )
     margins = {margin.kind: margin for margin in record.margins}
-    wanted = {*margins, *([RECOVERY] if record.recoveries else []), *record.missing, *kinds}
-    complete = tuple(kind for kind in known if kind in wanted)
+    requested = {*margins, *([RECOVERY] if record.recoveries else []), *record.missing, *kinds}
+    complete = tuple(kind for kind in known if kind in requested)
     return _Results(kinds=complete, margins=margins, recoveries=dict(record.recoveries))
 
 

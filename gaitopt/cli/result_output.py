@@ -132,33 +132,33 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
     )
 
 
-def _limit_text(limit: float) -> str:
-    """Return a torque limit with its unit."""
-    return f"{limit:.4g} N m" if math.isfinite(limit) else "none"
+def _limit_text(limit: float, unit: str) -> str:
+    """Return the limit of an actuator with its unit."""
+    return f"{limit:.4g} {unit}" if math.isfinite(limit) else "none"
 
 
 def print_gains(tuned: "TunedGains") -> None:
     """Print tuned gains as a table."""
     from gaitopt.cli.feedback_output import verification_text
-    from gaitopt.tuning.gain_units import tabulate_gains
+    from gaitopt.tuning.gain_units import format_gains, tabulate_gains
 
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     table.add_row("law", tuned.family)
-    gains = ", ".join(f"{name} {value:.4g}" for name, value in tuned.gains.items())
+    gains = format_gains(tuned.family, tuned.gains, several_contacts=tuned.several_contacts is not False)
     table.add_row(*tabulate_gains(tuned.family, gains))
     table.add_row(
         "spectral radius",
         f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius)} under the law",
     )
     table.add_row("verified", verification_text(tuned.recovery, search_interrupted=tuned.search_interrupted))
-    limits = tuned.settings.torque_limit
+    limits, unit = tuned.settings.torque_limit, "N m or N" if tuned.several_contacts else "N m"
     table.add_row(
         "torque limits",
-        ", ".join(f"{name} {_limit_text(limit)}" for name, limit in limits.items())
+        ", ".join(f"{name} {_limit_text(limit, unit)}" for name, limit in limits.items())
         if isinstance(limits, Mapping)
-        else _limit_text(limits),
+        else _limit_text(limits, unit),
     )
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))

@@ -78,8 +78,8 @@ class RobustDesign:
         )
         remedy = (
             f"Worst unseen scenario: {str(worst).removesuffix('.')}. Plan for {smaller}narrower ranges or more "
-            f"candidate scenarios, with more than {scenarios.values} values of each range{pushes} (values=, pushes= of "
-            "Scenarios), or choose another law."
+            f"candidate scenarios, with more than {format_count(scenarios.values, 'value')} of each range{pushes} "
+            "(values=, pushes= of Scenarios), or choose another law."
         )
         return f"{remedy} {self.plan.explain_deviation(worst)}".strip()
 

@@ -149,7 +149,7 @@ def _nearest_script(path: Path) -> str:
     scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
     near = get_close_matches(str(path), scripts, n=1)
     if not scripts:
-        return f"The folder {folder} contains no scripts."
+        return f"The folder {folder} contains no scripts; 'gaitopt new NAME' writes one."
     return f"Did you mean '{near[0]}'?" if near else f"'gaitopt problems {folder}' lists the scripts of the folder."
 
 
@@ -305,9 +305,9 @@ def require_walk_problem(problem: object, script: Script) -> "WalkProblem | Plan
     if isinstance(problem, PlanarProblem):
         raise InputError(
             f"{script.path} optimises a robot with several contacts, which this command does not accept; 'gaitopt "
-            f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it, with --law lqr under feedback, and "
-            f"'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved gait "
-            "over a parameter; the guide 'Stability and branches of a custom robot' shows how."
+            f"solve' finds its gait, 'gaitopt stability {script.path}' assesses it (under feedback with --law lqr), "
+            f"and 'gaitopt simulate {script.path}' simulates some steps. 'gaitopt trace GAIT.h5' follows the saved "
+            "gait over a parameter; the guide 'Stability and branches of a custom robot' shows how."
         )
     if not isinstance(problem, WalkProblem | PlanarWalkProblem):
         kind, alone = type(problem).__name__, explain_robot_alone({"problem": problem})

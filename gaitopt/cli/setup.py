@@ -65,8 +65,9 @@ def new(
     """Write a commented problem script as a starting point.
 
     With --from, a copy of an installed script is written, and beside it the scripts that it imports; with --robot, the
-    script of a robot with the definition of its bodies, contacts and actuators.  The robot of such a script is checked
-    for errors before it is solved, like other custom robots.  An existing file is never overwritten.
+    script of a robot with the definition of its bodies, contacts and actuators.  'gaitopt solve' checks
+    the robot of such a script for errors first, as it does with every custom robot.  An existing file is never
+    overwritten.
 
     Example: gaitopt new my_walker --robot compass_biped
     """
@@ -134,7 +135,7 @@ def doctor(
     file: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[FILE]", help="HDF5 file of a gait, sweep, basin, front or diagram to check.", show_default=False
+            metavar="FILE", help="HDF5 file of a gait, sweep, basin, front or diagram to check.", show_default=False
         ),
     ] = None,
     json: Json = False,
@@ -143,7 +144,7 @@ def doctor(
 ) -> None:
     """Show what is installed and test the essential parts, or check whether a file is intact and readable.
 
-    Exit status 0 if all essential parts work or the file is intact, 1 if not.  A missing extra is not an error.
+    Exit status 0 if all essential parts work or the file is intact, 1 otherwise.  A missing extra is not an error.
 
     Example: gaitopt doctor compass_slip.h5
     """

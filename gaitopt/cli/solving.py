@@ -273,7 +273,7 @@ def show(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Show the contents of a result file of any kind as a table, or the problem of a script as mathematics.
+    """Show the contents of a result file of any kind as a table, or the problem of a script in mathematical notation.
 
     Example: gaitopt show compass_slip.h5 --json
 

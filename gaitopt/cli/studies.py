@@ -33,6 +33,7 @@ from gaitopt.cli.output import describe_incomplete, err, exit_incomplete, print_
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.stored_results import count_finished_sequences
 from gaitopt.cli.workers import worker_options
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,7 +52,7 @@ def search(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="DIR", help="Folder of the gaits. Run the same command again to resume."
+            "--output", "-o", metavar="FOLDER", help="Folder of the gaits. Run the same command again to resume."
         ),
     ],
     max_phases: Annotated[int, typer.Option(min=1, max=6, help="Maximum number of phases of a contact sequence.")] = 3,
@@ -150,7 +151,9 @@ def sweep(
     points = math.prod(len(values) for values in axes.values())
     with (
         worker_options(workers, scheduler) as team,
-        show_progress(f"optimisations of {points} points, with further starts", hidden=json, counted=True) as display,
+        show_progress(
+            f"optimisations of {format_count(points, 'point')}, with further starts", hidden=json, counted=True
+        ) as display,
     ):
         table = sweep_problem(
             problem,

@@ -288,7 +288,9 @@ def _trace_curves(
     curves = list["SpecialCurve"]()
 
     def observe(curve: "SpecialCurve") -> None:
-        display.describe(f"curve {len(curves) + 1} ({curve.kind.label}), {len(curve.values)} points")
+        display.describe(
+            f"curve {len(curves) + 1} ({curve.kind.label}), {len(curve.values)} point{'s' * (len(curve.values) != 1)}"
+        )
 
     try:
         with record_interrupts() as interrupt:

@@ -17,6 +17,7 @@ from gaitopt.cli.script import Script, gait_problem, read_script
 from gaitopt.cli.trace_output import FailedTrace
 from gaitopt.errors import InputError
 from gaitopt.interrupts import record_interrupts
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.problem import GaitProblem
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def trace_script(
     def observe(branch: "OptimalBranch") -> None:
         latest[:] = [branch]
         points = sum(other.values.size for other in branches) + branch.values.size
-        display.describe(f"branch {len(branches)}, {points} gaits, {name} = {branch.values[-1]:.6g}")
+        display.describe(f"branch {len(branches)}, {format_count(points, 'gait')}, {name} = {branch.values[-1]:.6g}")
 
     tracer = OptimumTracer(problem, {name: (low, high)}, options, observe)
     try:

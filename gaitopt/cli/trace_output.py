@@ -18,6 +18,7 @@ from gaitopt.cli.stored_results import describe_stored_results
 from gaitopt.continuation.branch_diagram import BranchDiagram, GaitBranch, count_steps, name_sides
 from gaitopt.continuation.following import FollowingWork
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,7 +59,9 @@ class TraceProgress:
     def show_work(self, work: FollowingWork) -> None:
         """Show the work that begins."""
         self.place = f"{self._name} = {work.value * self._factor:.6g} {self._unit}".rstrip()
-        text = f"branch {self._branch}, {self._gaits} gaits, {self.place}, arclength {work.arclength:.3g}"
+        text = (
+            f"branch {self._branch}, {format_count(self._gaits, 'gait')}, {self.place}, arclength {work.arclength:.3g}"
+        )
         self.display.describe(f"{text}: {work.name}" if work.name else text)
 
 
@@ -124,7 +127,7 @@ def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     if diagram.curves:
         out.print(_curve_table(diagram))
     if doublings and diagram.complete and not any(b.special_of("period_doubling") for b in diagram.branches):
-        out.print("The branches have no period doubling, so that --doublings has no effect.")
+        out.print("The branches have no period doubling, so --doublings has no effect.")
     if diagram.ratios:
         ratios = ", ".join(f"{ratio:.4f}" for ratio in diagram.ratios)
         out.print(f"ratios of the distances between period doublings: {ratios}")

@@ -4,6 +4,7 @@ import time
 from typing import TYPE_CHECKING
 
 from gaitopt.cli.output import err
+from gaitopt.motion.printable import format_count
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
@@ -116,13 +117,13 @@ def describe_verification(test: "PushTest") -> str:
     --------
     >>> from gaitopt import PushTest
     >>> describe_verification(PushTest())
-    'verification: about 2000 walks at most, of at most 30 steps each, from 200 random pushes (--starts) in each of \
+    'verification: at most about 2000 walks of at most 30 steps each, from 200 random pushes (--starts) in each of \
 about 10 balls'
     """
     pushes = f"{test.starts} random push{'es' * (test.starts > 1)} (--starts)"
     return (
-        f"verification: about {test.most_walks} walks at most, of at most {test.steps} steps each, from {pushes} in "
-        f"each of about {test.most_walks // test.starts} balls"
+        f"verification: at most about {test.most_walks} walks of at most {format_count(test.steps, 'step')} each, from "
+        f"{pushes} in each of about {test.most_walks // test.starts} balls"
     )
 
 

@@ -72,9 +72,12 @@ def explain_robot_alone(module: Mapping[str, object]) -> str:
         return ""
     if isinstance(robot, Robot):
         needed = "a WalkProblem(robot=...) for its passive gaits, or a GaitProblem(robot=...) for optimal ones"
-        return f"Robot {robot.name!r} is not a problem: problem() must return {needed}; see docs/howto/custom_robot.md."
+        return (
+            f"Robot {robot.name!r} is not a problem: problem() must return {needed}; see the guide 'Build a custom "
+            "robot'."
+        )
     return (
         f"Robot {robot.name!r} is not a problem: problem() must return a PlanarWalkProblem(robot=..., section=..., "
         "coordinates=..., rates=...) for its passive gaits, or a PlanarProblem(robot=...) for optimal ones; see "
-        "docs/howto/custom_robot_walks.md."
+        "the guide 'Stability and branches of a custom robot'."
     )

@@ -73,7 +73,7 @@ def stability(
     A saved gait, or the optimal gait of a script that returns a PlanarProblem, is assessed in open loop, with its
     torques replayed, or under the given feedback law.
 
-    Exit status 0 if a gait was found (stable or not), 1 if none was.
+    Exit status 0 if a gait was found (stable or not), 1 otherwise.
 
     Example: gaitopt stability problems/compass_passive.py --set friction=0.14 --steps 2
     """

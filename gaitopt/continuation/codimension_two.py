@@ -46,7 +46,7 @@ def locate_meeting(search: LineSearch, last: PlanePoint, tangent: Array, step: f
     last : PlanePoint
         Last point of the curve.
     tangent : (2,) array
-        Unit vector toward the end.
+        Unit vector towards the end.
     step : float
         Distance from the last point within which the curve ends.
     finest : float

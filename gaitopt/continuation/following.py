@@ -20,7 +20,7 @@ DEPARTURES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 """Scaled distances from a boundary at which the branch on its other side is sought."""
 
 SHORTEST_INTERVAL = 1e-6
-"""Scaled distance of consecutive points of a branch; the steps toward an end become much shorter."""
+"""Scaled distance of consecutive points of a branch; the steps towards an end become much shorter."""
 LARGEST_MULTIPLIER = 3.0
 """Modulus of a multiplier below which the derivative with respect to the parameter is used at the next point, too."""
 LOCATED = 1e-6

@@ -115,14 +115,14 @@ class Stepper:
         self.scales = np.append(family.scale, family.value_scale)
 
     def initialise(self, z: Array, value: float, direction: float) -> CurvePoint | None:
-        """Return the branch point at a value near a start, with the tangent toward larger or smaller values.
+        """Return the branch point at a value near a start, with the tangent towards larger or smaller values.
 
         Parameters
         ----------
         z : (n,) array
         value : float
         direction : float
-            Positive toward larger values.
+            Positive towards larger values.
         """
         towards = np.zeros(self.family.size + 1)
         towards[-1] = math.copysign(1.0, direction)

@@ -198,7 +198,10 @@ class _Plane:
             value = special.value + shift * float(self.scale[0])
             gaits += gaits_at(self.problem, self.diagram, value, branch=self.branch, engine=engine)
         if not gaits:
-            raise InputError(f"No gait was found beside the special point at {special.value:.6g}.")
+            raise InputError(
+                f"No gait was found near the special point at {self.diagram.parameter} = {special.value:.6g}; "
+                "trace the branch again, or choose another special point."
+            )
         source = make_gait_source(self.problem, {self.diagram.parameter: self.diagram.ends}, engine)
         family = source.start(gaits[0], special.value).family
         return replace(family, parameters={**family.parameters, **source.values})

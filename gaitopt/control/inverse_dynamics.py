@@ -12,6 +12,7 @@ from gaitopt.errors import InputError
 from gaitopt.model.coordinate_entries import ANGLES, GAP, SLIDE
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.printable import format_count
 
 STIFFNESS, DAMPING = 100.0, 20.0
 """Feedback gains that correct deviations due to rounding [1/s^2, 1/s]."""
@@ -77,8 +78,8 @@ def nominal_parameters(robot: Robot, parameters: Mapping[str, float]) -> Array:
     """
     if robot.n_u != len(robot.angles):
         raise InputError(
-            f"The law needs an actuator for each angle; {robot!r} has {robot.n_u} actuators and "
-            f"{len(robot.angles)} angles."
+            f"The law needs an actuator for each angle; {robot!r} has {format_count(robot.n_u, 'actuator')} and "
+            f"{format_count(len(robot.angles), 'angle')}."
         )
     numbers = robot.vector(parameters)
     if np.isinf(numbers[_index_of_friction(robot)]):

@@ -22,6 +22,7 @@ from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array, Motion, check_motion
+from gaitopt.motion.printable import format_count
 from gaitopt.parameters import Parameter, check_type
 
 COLLINEARITY_TOLERANCE = 1e-13
@@ -93,9 +94,11 @@ class Law:
             object.__setattr__(self, "phase_variable", _deserialise(self.phase_variable.serialize()))
         sizes = len(self.memory.values), len(self.memory.events)
         if sizes != (self.control.size1_in(3), self.control.size1_out(2)):
+            values = format_count(self.control.size1_in(3), "latched value")
+            guards = format_count(self.control.size1_out(2), "guard")
             raise InputError(
-                f"The law {self.name!r} has {self.control.size1_in(3)} latched values and {self.control.size1_out(2)} "
-                f"guards, but its memory names {sizes[0]} values and {sizes[1]} events."
+                f"The law {self.name!r} has {values} and {guards}, but its memory names "
+                f"{format_count(sizes[0], 'value')} and {format_count(sizes[1], 'event')}."
             )
 
     @property
@@ -303,7 +306,8 @@ def _check_signature(name: str, control: ca.Function, rows: int) -> None:
             f"{signature[0]} inputs and {signature[1]} outputs; build it with control_function."
         )
     if control.size1_in(5) != rows:
-        raise InputError(f"The law {name!r} reads {control.size1_in(5)} rows of data, but its table has {rows}.")
+        read = format_count(control.size1_in(5), "row")
+        raise InputError(f"The law {name!r} reads {read} of data, but its table has {rows}.")
 
 
 @functools.lru_cache(maxsize=128)

@@ -83,7 +83,7 @@ class RobustPlan:
 
     def __str__(self) -> str:
         text = f"{self.survived} of {len(self.scenarios.candidates())} candidate scenarios survived"
-        text += f" under {self.law.name}, additional cost {self.additional_cost:+.1%}"
+        text += f" under {self.law.name}, additional cost {100 * self.additional_cost:+.1f} %"
         if self.violated is None:
             return f"robust: {text}"
         return f"not robust: {text}; worst: {self.violated} (tolerance {self.scenarios.tolerance:g})"

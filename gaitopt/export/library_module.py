@@ -101,7 +101,8 @@ SAMPLES = {samples}
 def step_at(**place):
     """Return the step at a value of each axis: time [s], q, v, torque, and the durations of the phases [s].
 
-    Linear interpolation along every axis.  ValueError: a value is outside its axis, or a gait is missing beside it.
+    Linear interpolation along every axis.  ValueError: a value is outside its axis, or a gait is missing at a corner
+    of its grid cell.
     """
     if set(place) != set(AXES):
         raise ValueError(f"a value is needed for each of {{', '.join(AXES)}}, got {{sorted(place)}}")
@@ -118,7 +119,7 @@ def step_at(**place):
         if weight > 0:
             durations, rows = durations + weight * DURATIONS[index], rows + weight * SAMPLES[index]
     if not np.all(np.isfinite(durations)):
-        raise ValueError(f"there is no gait at a grid point beside {{place}}")
+        raise ValueError(f"there is no gait at a corner of the grid cell that contains {{place}}")
     fractions = np.linspace(0.0, 1.0, rows.shape[-1])
     begins = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
     time = np.concatenate([begin + length * fractions for begin, length in zip(begins, durations)])

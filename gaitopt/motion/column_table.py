@@ -10,6 +10,7 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError, InputError, describe_missing_file
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import format_count
 
 DELIMITERS = (",", ";", "\t")
 
@@ -96,7 +97,8 @@ def _make_table(path: Path, rows: Sequence[Sequence[str]], *, decimal: str = "."
         raise InputError(f"{path}: the names of the columns must be different and not empty, got {names}.")
     for number, row in enumerate(rows[1:], 2):
         if len(row) != len(names):
-            raise InputError(f"{path}: row {number} has {len(row)} entries, but the header has {len(names)}.")
+            entries = format_count(len(row), "entry", "entries")
+            raise InputError(f"{path}: row {number} has {entries}, but the header has {len(names)}.")
     columns, texts = {}, []
     for name, *cells in zip(*rows, strict=True):
         try:

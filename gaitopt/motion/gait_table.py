@@ -331,8 +331,11 @@ def describe_robust_plan(problem: Mapping[str, Any]) -> Facts:
         tested = plan["unseen"]
         reached = f"{verdict}: {reached}, {tested['survived']} of {tested['scenarios']} unseen ones"
     facts: Facts = [
-        ("scenarios", f"{', '.join(scenarios)}; {plan['steps']} steps, tolerance {plan['tolerance']:g}"),
-        ("robustness", f"{reached}, additional cost {plan['additional_cost']:+.1%}"),
+        (
+            "scenarios",
+            f"{', '.join(scenarios)}; {format_count(plan['steps'], 'step')}, tolerance {plan['tolerance']:g}",
+        ),
+        ("robustness", f"{reached}, additional cost {100 * plan['additional_cost']:+.1f} %"),
     ]
     if plan["selected"]:
         facts.append(("added scenarios", "; ".join(plan["selected"])))

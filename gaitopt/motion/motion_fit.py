@@ -82,14 +82,14 @@ class MotionFit:
     def __str__(self) -> str:
         lines = [
             f"{self.samples} samples, {self.duration:.4g} s",
-            "rms, largest: difference of the curve from the samples; closure: difference of the end of the step, after "
-            "the leg exchange, from its start",
-            f"{'coordinate':20s} {'rms':>10} {'largest':>10} {'at':>6} {'closure':>10} {'rate error':>11}",
+            "rms, largest: difference of the curve from the samples; at: part of the step after which it is largest; "
+            "closure: difference of the end of the step, after the leg exchange, from its start",
+            f"{'coordinate':20s} {'rms':>10} {'largest':>10} {'at [%]':>6} {'closure':>10} {'rate error':>11}",
         ]
         for one in self.coordinates:
             rate = "" if math.isnan(one.rate_error) else f"{one.rate_error:11.3g}"
             lines.append(
-                f"{f'{one.name} [{one.unit}]':20s} {one.rms:10.2e} {one.largest:10.2e} {one.place:6.0%} "
+                f"{f'{one.name} [{one.unit}]':20s} {one.rms:10.2e} {one.largest:10.2e} {100 * one.place:6.0f} "
                 f"{one.closure:10.2e} {rate}".rstrip()
             )
         if not math.isnan(self.landing_height):

@@ -16,6 +16,7 @@ from gaitopt.motion.actuator_impulses import ActuatorImpulses
 from gaitopt.motion.contact_trajectories import ContactTrajectories
 from gaitopt.motion.energy import Ledger, find_largest_kinetic
 from gaitopt.motion.motion import Array
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -33,7 +34,7 @@ class PlanarSegment(LazyRecord):
         Coordinates [m or rad] and their rates.
     torque : (n_u, K) array [N m or N]
     force : (n_c, 2, K) array [N]
-        Force (f_t, f_n) of each contact; of a joint stop, the generalized force f_n, which may be a torque.
+        Force (f_t, f_n) of each contact; of a joint stop, the generalised force f_n, which may be a torque.
     work : (n_u, K) array [J]
         Work of each actuator since the start of the segment.
     friction_work : (n_c, K) array [J]
@@ -195,7 +196,7 @@ class PlanarMotion:
     terrain: Terrain | None = None
 
     def __repr__(self) -> str:
-        return f"PlanarMotion({len(self.segments)} segments, {self.period:.6g} s, '{self.sequence}')"
+        return f"PlanarMotion({format_count(len(self.segments), 'segment')}, {self.period:.6g} s, '{self.sequence}')"
 
     @staticmethod
     def of(

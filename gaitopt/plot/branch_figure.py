@@ -191,7 +191,7 @@ def state_coincidence(axes: "Axes", branches: list[list[Array]], handles: list[A
     )
     if hidden:
         handles.append(Line2D([], [], linestyle="none"))
-        labels.append(f"{hidden} of {len(branches)} branches coincide with another one")
+        labels.append(f"{hidden} of {len(branches)} branches coincide{'s' * (hidden == 1)} with another one")
 
 
 def _lies_on(lines: list[Array], others: list[Array]) -> bool:

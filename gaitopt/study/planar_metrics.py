@@ -29,7 +29,7 @@ class PlanarMetric:
 
 
 def largest_forces(gait: PlanarGait) -> Array:
-    """Return the largest normal force of each contact [N; of a joint stop, its generalized force], shape (n_c,)."""
+    """Return the largest normal force of each contact [N; of a joint stop, its generalised force], shape (n_c,)."""
     return np.asarray(np.max(gait.motion.channel("force")[:, 1], axis=-1, initial=0.0), dtype=float)
 
 

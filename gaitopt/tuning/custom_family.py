@@ -15,6 +15,7 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import format_count
 from gaitopt.tuning.controller_family import ControllerFamily, TorqueLimit
 
 FORM = (
@@ -112,7 +113,9 @@ def _check_law(name: str, robot: Robot | PlanarRobot, law: Law | PlanarLaw) -> N
                 f"The law of {name} returns {torques} torque{plural}, but the robot has {robot.n_u}: {actuators}."
             )
         if coordinates != robot.n_q:
-            raise InputError(f"The law of {name} has {coordinates} coordinates, but the robot has {robot.n_q}.")
+            raise InputError(
+                f"The law of {name} has {format_count(coordinates, 'coordinate')}, but the robot has {robot.n_q}."
+            )
 
 
 def load_custom_family(

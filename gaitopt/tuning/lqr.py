@@ -18,6 +18,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robot import Robot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array, Motion
+from gaitopt.motion.printable import format_count
 from gaitopt.parameters import Parameter, positive
 from gaitopt.simulation.hybrid_automaton import Walker, WalkStep, make_walker
 from gaitopt.stability.fixed_point import find_fixed_point
@@ -161,8 +162,8 @@ def step_lqr(
     gain = discrete_gains(point.derivative, effect, np.diag(1 / np.square(sizes)), torque_cost)
     if gain is None:
         raise InputError(
-            f"No step-to-step feedback with {windows} intervals per step (windows) stabilises this gait with "
-            f"{weights}; try other weights or another number of windows."
+            f"No step-to-step feedback with {format_count(windows, 'interval')} per step (windows) stabilises this "
+            f"gait with {weights}; try other weights or another number of windows."
         )
     return replace(add_feedback(point.z, gain, torque_limit=torque_limit), name="step_lqr")
 

@@ -14,6 +14,7 @@ from gaitopt.control.planar_laws.planar_state_feedback import planar_state_feedb
 from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import format_count
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
@@ -137,9 +138,9 @@ def planar_step_lqr(
     gain = discrete_gains(cycle.derivative, cycle.latched_effect, state_cost, np.diag(1 / torques**2))
     if gain is None:
         raise InputError(
-            f"No step-to-step feedback of {', '.join(actuators)} with {windows} intervals per period (windows) "
-            f"stabilises the gait '{gait.sequence}' with {weights}; try other weights, another number of windows, or "
-            "other actuators."
+            f"No step-to-step feedback of {', '.join(actuators)} with {format_count(windows, 'interval')} per period "
+            f"(windows) stabilises the gait '{gait.sequence}' with {weights}; try other weights, another number of "
+            "windows, or other actuators."
         )
     return _add_feedback(gait, law, actuators, np.array([*cycle.state.values()]), gain @ basis.T)
 

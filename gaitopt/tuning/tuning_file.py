@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.arguments import check_arguments
+from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, describe_missing_file
 from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -55,6 +56,9 @@ class TunedGains:
         test was ``interrupted``, and the other facts of `recovery`.
     search_interrupted : bool
         Whether an interrupt ended the search; the gains were then not verified.
+    several_contacts : bool or None
+        Whether the law is that of a robot with several contacts, whose actuators may be linear; None if it is not
+        known, as in files of earlier versions.
 
     Examples
     --------
@@ -76,6 +80,7 @@ class TunedGains:
     trials: tuple[Trial, ...] = field(default=(), repr=False)
     verified: Mapping[str, Any] = field(default_factory=dict, repr=False)
     search_interrupted: bool = False
+    several_contacts: bool | None = None
 
     def __repr__(self) -> str:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
@@ -196,6 +201,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
             "beyond": tuned.verified.beyond,
         },
         "search_interrupted": tuned.search_interrupted,
+        "several_contacts": None if tuned.law is None else isinstance(tuned.law, PlanarLaw),
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
     return write_json(facts, path, KIND)
@@ -237,6 +243,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             trials=tuple(Trial(trial["gains"], _finite_or_inf(trial["objective"])) for trial in facts["trials"]),
             verified=dict(facts.get("verified") or {}),
             search_interrupted=bool(facts.get("search_interrupted")),
+            several_contacts=facts.get("several_contacts"),
         )
 
 

@@ -119,7 +119,7 @@ def test_a_robot_alone_is_to_become_a_problem(command, script, folder, verb, tex
         command(verb, script(text)), folder, ["own.py"], said="Robot 'monopod' is not a problem: problem() must"
     )
     assert "a PlanarWalkProblem(robot=..., section=..., coordinates=..., rates=...) for its passive gaits" in run.err
-    assert run.err.rstrip().endswith("see docs/howto/custom_robot_walks.md.")
+    assert run.err.rstrip().endswith("see the guide 'Stability and branches of a custom robot'.")
     assert "first" not in run.err  # `solve` refuses it
 
 
@@ -251,7 +251,11 @@ def test_insufficient_memory_is_stated_in_a_sentence(command, monkeypatch, error
 
     monkeypatch.setattr(app, "import_commands", fail)
     done = command("show", "x.h5")
-    assert (done.status, done.err.strip()) == (2, "Error: The memory is insufficient for this command.")
+    assert (done.status, done.err.strip()) == (
+        2,
+        "Error: The memory is insufficient for this command: free some memory, or use fewer workers or a smaller "
+        "problem.",
+    )
 
 
 def test_another_import_error_is_no_lack_of_memory(monkeypatch):

@@ -187,7 +187,8 @@ def planar_walk():
 def impact():
     foot = ClosedContact("foot [rad]", np.array([0.0, 1.0]), tangent_row=np.array([1.0, 0.0]))
     outcome = solve_multicontact_impact(np.eye(2), np.array([0.4, -1.0]), [foot], (0.1, 0.1))
-    robot = types.SimpleNamespace(coordinates=("x", "y"), units=("m", "rad"))
+    contacts = [types.SimpleNamespace(name="foot [rad]", unit="m")]
+    robot = types.SimpleNamespace(coordinates=("x", "y"), units=("m", "rad"), contacts=contacts)
     impact_command._print_outcome(robot, outcome)
 
 

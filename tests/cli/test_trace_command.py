@@ -117,7 +117,7 @@ def test_the_range_of_a_saved_gait_is_printed_with_its_unit_and_an_unstable_star
 
 def test_a_trace_without_period_doubling_states_that_doublings_have_no_effect(command, root):
     options = ("trace", root / WHEEL, "--over", "friction=1:0.95")
-    text = "The branches have no period doubling, so that --doublings has no effect."
+    text = "The branches have no period doubling, so --doublings has no effect."
     assert text in command(*options, "--doublings", "1").out
     assert text not in command(*options).out
 
@@ -371,5 +371,5 @@ def test_a_trace_to_a_file_that_another_process_computes_is_refused(command, roo
     with lock_study(folder / "branch.nc"):
         result = command("trace", root / script, "--over", "friction=1:0.9", "-o", "branch.nc")
         assert (result.status, result.out) == (2, "")
-        assert "branch.nc: it is being computed by process" in " ".join(result.err.split())
+        assert "branch.nc: its results are being computed by process" in " ".join(result.err.split())
         assert sorted(path.name for path in folder.iterdir()) == ["branch.nc.lock"]

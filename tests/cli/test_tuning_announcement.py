@@ -85,7 +85,7 @@ def test_tune_states_the_cost_of_search_and_verification(command, slip_file, opt
     assert run.status == 0
     texts = [
         "search: at most 4 evaluations: the initial gains and one simplex search of at most 3 evaluations",
-        "verification: about 20 walks at most, of at most 30 steps each, from 2 random pushes (--starts)",
+        "verification: at most about 20 walks of at most 30 steps each, from 2 random pushes (--starts)",
         "verification: a walk from a small push takes",
     ]
     assert [text in run.err for text in texts] == [not option] * 3
@@ -157,6 +157,8 @@ def test_the_warning_counts_the_walks_by_reason(slip_gait):
     text = feedback_output._describe_poor_recovery(tuned)
     assert "rad/s (of 200 walks, 2 end, 3 approach it too slowly) already end the walk" in text
     verified = feedback_output.tuning_facts(tuned)["verified"]
+    text = feedback_output._describe_poor_recovery(tuning(slip_gait, **counted | {"failures": {"slow": 1}}))
+    assert "(of 200 walks, 1 approaches it too slowly)" in text
     assert (verified["failure"], verified["failures"], verified["steps"]) == ("ended", counted["failures"], 30)
 
 

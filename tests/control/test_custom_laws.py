@@ -95,7 +95,7 @@ def test_a_law_without_a_plan():
     (passive,) = find_cycles(robot, parameters, starts=4)[:1]
     (gait,) = find_cycles(robot, parameters, law=spring(robot), starts=4)[:1]
     assert gait.multipliers == pytest.approx(passive.multipliers, abs=1e-6)
-    with pytest.raises(InputError, match=r"There is no planned value 'hip'. The law is made without a planned motion"):
+    with pytest.raises(InputError, match=r"There is no planned value 'hip'. The law has no planned motion; pass one"):
         define_law(lambda state, plan: [plan.torque["hip"], 0])(robot)
 
 

@@ -271,22 +271,22 @@ def test_wrong_phase_variables_are_rejected(gaits):
         by_phase_variable(gait, law, variable=ca.Function("short", [q], [q[0]]))
     q = ca.SX.sym("q", 4)
     for place in ("x", ca.Function("hip", [q], [q[0] + ca.sin(q[2])])):
-        with pytest.raises(InputError, match="must not depend on 'x', the place along the ground"):
+        with pytest.raises(InputError, match="must not depend on 'x', the position along the ground"):
             by_phase_variable(gait, law, variable=place)
     with pytest.raises(InputError, match=r"'b' is not strictly monotone in phase 1 \(foot A stick\)"):
         by_phase_variable(gait, law, variable="b")
     by_angle = by_phase_variable(gait, law)
     with pytest.raises(InputError, match="'feedforward by stance angle' has a phase variable already"):
         by_phase_variable(gait, by_angle)
-    with pytest.raises(InputError, match="has the section 'foot B closes', but the gait 'foot closes'"):
+    with pytest.raises(InputError, match="has the section 'foot B closes', but the gait has 'foot closes'"):
         by_phase_variable(gaits["hop"], law)
-    with pytest.raises(InputError, match="has 1 parts, but the gait 2"):
+    with pytest.raises(InputError, match="has 1 part, but the gait has 2"):
         by_phase_variable(gaits["knee strike"], law)
     with pytest.raises(InputError, match="apply by_phase_variable to the result"):
         planar_step_to_step(
             gait.robot, by_angle, np.zeros(8), np.zeros((2, 8)), actuators=["hip"], windows=2, duration=1.0
         )
-    with pytest.raises(InputError, match="has 1 parts, but 2 endings"):
+    with pytest.raises(InputError, match="has 1 part, but 2 endings"):
         PlanarLaw("law", "foot B closes", law.parts, endings=(None, None))
 
 

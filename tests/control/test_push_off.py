@@ -195,5 +195,5 @@ def test_a_law_of_another_form_is_refused():
     with pytest.raises(InputError, match="reads 2 rows of data, but its table has 1"):
         Law("short", control_function(inputs, inputs.data), np.zeros(1), np.zeros((1, 1)))
     inputs = law_inputs(ROBOT, latched=1)
-    with pytest.raises(InputError, match="1 latched values and 0 guards, but its memory names 0 values and 0 events"):
+    with pytest.raises(InputError, match="1 latched value and 0 guards, but its memory names 0 values and 0 events"):
         Law("forgetful", control_function(inputs, inputs.q[2:]), np.zeros(1), np.zeros((0, 1)))

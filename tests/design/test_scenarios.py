@@ -110,7 +110,7 @@ def test_a_plan_that_is_not_robust_states_scenario_quantity_and_tolerance():
     heavy = Scenarios(ranges={"hip_mass": (1.99, 2.01)}, values=2, steps=3)
     plan = solve_scenarios(problem(), heavy, law="feedforward")
     assert str(plan).startswith(
-        "not robust: 0 of 2 candidate scenarios survived under feedforward, additional cost +0.0%"
+        "not robust: 0 of 2 candidate scenarios survived under feedforward, additional cost +0.0 %"
     )
     assert "worst: hip_mass " in str(plan)
     assert str(plan).endswith(" from the plan after 3 steps (tolerance 0.0001)")

@@ -43,7 +43,7 @@ def test_branches_on_one_line_are_counted(diagram, width):
     first, *others = diagram.branches
     piece = take_gaits(first, slice(3, 20))
     assert count(first, *others) == []
-    assert count(piece, first) == ["1 of 2 branches coincide with another one"]
+    assert count(piece, first) == ["1 of 2 branches coincides with another one"]
     assert count(first, piece, first, *others) == [f"2 of {len(others) + 3} branches coincide with another one"]
 
 

@@ -99,7 +99,7 @@ def test_places_outside_and_missing_gaits_are_rejected(library, swept):
     holed = type(library)(**{**vars(library), "durations": durations})
     assert holed.motion_at(speed=0.63, step_length=0.45).period > 0
     assert len(list(holed.midpoints())) == 1
-    with pytest.raises(InputError, match=r"no gait at a grid point beside speed 0\.61"):
+    with pytest.raises(InputError, match=r"no gait at a corner of the grid cell that contains speed 0\.61"):
         holed.motion_at(speed=0.61, step_length=0.455)
     with pytest.raises(InputError, match="has no contact sequence 'slip"):
         load_library(swept, "slip- | slip-")

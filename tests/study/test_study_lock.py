@@ -73,13 +73,13 @@ def test_a_study_that_is_computed_by_another_process_is_refused(hold, tmp_path):
     process = hold(tmp_path / "study.nc")
     (tmp_path / "sequences").mkdir()
     other = hold(tmp_path / "sequences")
-    with pytest.raises(ArchiveError, match=rf"study\.nc: it is being computed by process {process.pid} on"):
+    with pytest.raises(ArchiveError, match=rf"study\.nc: its results are being computed by process {process.pid} on"):
         sweep(problem(), AXES, starts=1, path=tmp_path / "study.nc")
     with pytest.raises(ArchiveError, match=f"computed by process {process.pid}"):
         Pareto(points=2).trace(problem(), path=tmp_path / "study.nc")
     with pytest.raises(ArchiveError, match=f"computed by process {process.pid}"):
         basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": [0.1]}, path=tmp_path / "study.nc")
-    with pytest.raises(ArchiveError, match=f"sequences: it is being computed by process {other.pid}"):
+    with pytest.raises(ArchiveError, match=f"sequences: its results are being computed by process {other.pid}"):
         search(problem(), sequences=["stick | stick"], starts=1, directory=tmp_path / "sequences")
     assert not (tmp_path / "study.nc").exists()
 

@@ -1,6 +1,7 @@
 """Tuned gains in files, and families of laws: tune, save, reload and walk."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -17,6 +18,7 @@ from gaitopt import (
 from gaitopt.cli.feedback_output import print_tuning, verification_text
 from gaitopt.cli.result_output import find_facts, print_result
 from gaitopt.tuning import ControllerFamily, controller_family_named, load_tuning, save_tuning
+from gaitopt.tuning.gain_units import format_gains
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +53,14 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     assert words in shown
     assert words in announced
     assert "torque limits ankle 7 N m, hip 8 N m" in shown
+    gains = format_gains(tuned.family, load_tuning(path).gains)
+    assert "N m/rad" in gains
+    assert f"gains {gains} spectral" in shown
+    several = replace(load_tuning(path), several_contacts=True)  # whose actuators may be linear
+    print_result(several)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "torque limits ankle 7 N m or N, hip 8 N m or N" in shown
+    assert "N m/rad" not in shown
     assert find_facts(load_tuning(path))["verified"]["push_radius"] == ball
     facts = json.loads(path.read_text(encoding="utf-8"))
     for name in ("steps", "tolerance", "settling", "beyond"):  # as in a file of an earlier version
@@ -61,7 +71,7 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     facts["verified"]["push_radius"] = 0.0
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
-    assert "no: in each tested ball of pushes, some of the 1 starts do not" in " ".join(capsys.readouterr().out.split())
+    assert "no: in each tested ball of pushes, the start does not return" in " ".join(capsys.readouterr().out.split())
     facts["verified"]["interrupted"] = True
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))

@@ -183,7 +183,7 @@ def find_tangent(
     linear : KktLinearisation
     metric : Metric
     near : (Array, float), optional
-        Tangent of a nearby point of the same active set, whose direction is kept; otherwise toward larger values.
+        Tangent of a nearby point of the same active set, whose direction is kept; otherwise towards larger values.
     """
     weights, weight = metric.weigh(linear.active)
     packed, last = linear.by_parameter, 1.0

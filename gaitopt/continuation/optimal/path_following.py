@@ -85,7 +85,7 @@ class PathFollower:
         self._smooth = nlp.transcription.nlp.smooth
 
     def follow(self, start: KktLinearisation, direction: float) -> Iterator[PathPoint | PathChange]:
-        """Yield points and special points in order, from an optimum toward larger or smaller values."""
+        """Yield points and special points in order, from an optimum towards larger or smaller values."""
         packed, last = find_tangent(start, self.metric)
         sign = math.copysign(1.0, direction * last)
         point, step = PathPoint(start, (sign * packed, sign * last), sampled=True), self.options.first_step
@@ -331,7 +331,7 @@ class PathFollower:
         return point if optimum is None else self._depart(optimum, direction, sampled=point.sampled)
 
     def _depart(self, optimum: KktLinearisation, direction: float, *, sampled: bool) -> PathPoint:
-        """Return an optimum as the point from which the curve continues toward larger or smaller values."""
+        """Return an optimum as the point from which the curve continues towards larger or smaller values."""
         self.nlp = optimum.nlp
         packed, last = find_tangent(optimum, self.metric)
         sign = math.copysign(1.0, direction * last)

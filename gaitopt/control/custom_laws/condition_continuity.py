@@ -118,11 +118,11 @@ def _is_continuous_at(
 def _find_boundary(conditions: _SeparatedTorque, inputs: list[Any], targets: dict[int, float]) -> Vector | None:
     """Change the state of the inputs until some differences have their targets; return all differences, or None."""
     rows, sizes = list(targets), [inputs[i].shape[0] for i in STATE_INPUTS]
-    wanted = np.array([*targets.values()])
+    required = np.array([*targets.values()])
     for _ in range(ITERATIONS):
         values, jacobian = (np.asarray(part, dtype=float) for part in conditions.differences(*inputs))
         differences, scale = values[:, 0], 1 + np.max(np.abs(values[:, 1:]), initial=0.0)
-        error = differences[rows] - wanted
+        error = differences[rows] - required
         if not np.all(np.isfinite(error)) or not np.all(np.isfinite(jacobian)):
             return None
         if np.max(np.abs(error)) <= ON_BOUNDARY * scale:

@@ -164,7 +164,9 @@ class _LawBuilder:
         names = ("x", "y", *robot.angles)
         if motion is None:
             inputs = law_inputs(robot, data=len(self.gains))
-            nothing = NamedEntries("planned value", (), ca.SX(0, 1), "The law is made without a planned motion.")
+            nothing = NamedEntries(
+                "planned value", (), ca.SX(0, 1), "The law has no planned motion; pass one, such as gait.motion."
+            )
             plan, table, begins = FeedbackPlan(nothing, nothing, nothing, None, 0), np.zeros((0, 1)), np.zeros(1)
         else:
             references = reference(robot, motion)

@@ -8,6 +8,7 @@ from gaitopt.control.law import Law
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.motion.actuator_impulses import EventImpulses
+from gaitopt.motion.printable import format_count
 
 
 class PlannedImpulses(NamedTuple):
@@ -68,14 +69,15 @@ class PlanarLaw:
     def __post_init__(self) -> None:
         if not self.parts:
             raise InputError(f"The law {self.name!r} needs a law for each part of its period, got none.")
+        parts = format_count(len(self.parts), "part")
         if len(self.impulses) not in (0, len(self.parts)):
             raise InputError(
-                f"The law {self.name!r} has {len(self.parts)} parts, but {len(self.impulses)} entries of impulses; "
-                "accepted are as many as parts, or none."
+                f"The law {self.name!r} has {parts}, but {format_count(len(self.impulses), 'entry', 'entries')} of "
+                "impulses; accepted are as many as parts, or none."
             )
         if len(self.endings) not in (0, len(self.parts)):
             raise InputError(
-                f"The law {self.name!r} has {len(self.parts)} parts, but {len(self.endings)} endings; accepted are as "
+                f"The law {self.name!r} has {parts}, but {format_count(len(self.endings), 'ending')}; accepted are as "
                 "many as parts, or none."
             )
         for part in self.parts:

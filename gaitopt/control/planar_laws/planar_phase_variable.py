@@ -27,6 +27,7 @@ from gaitopt.locks import one_at_a_time
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.printable import format_count
 
 BODY_POINTS = ("hip", "body", "trunk", "torso")
 """Points of figures to which the line from the stance contact leads, in the order of preference."""
@@ -61,7 +62,7 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     Raises
     ------
     InputError
-        If the phase variable is not strictly monotone in a phase or depends on the place along the ground, the robot
+        If the phase variable is not strictly monotone in a phase or depends on the position along the ground, the robot
         has no such coordinate or no hip, the gait is not a solution, or the law is that of another gait or has a phase
         variable already.
 
@@ -79,12 +80,14 @@ def by_phase_variable(gait: PlanarGait, law: PlanarLaw, *, variable: PhaseVariab
     """
     section, title = find_section(gait), _check_variable(gait.robot, variable)
     if law.section != section:
-        raise InputError(f"The law {law.name!r} has the section {law.section!r}, but the gait {section!r}.")
+        raise InputError(f"The law {law.name!r} has the section {law.section!r}, but the gait has {section!r}.")
     if any(part.phase_variable is not None for part in law.parts):
         raise InputError(f"The law {law.name!r} has a phase variable already.")
     plans, stretches = planar_references(gait), find_stretches(gait, shared=variable is not None)
     if len(plans) != len(law.parts):
-        raise InputError(f"The law {law.name!r} has {len(law.parts)} parts, but the gait {len(plans)}.")
+        raise InputError(
+            f"The law {law.name!r} has {format_count(len(law.parts), 'part')}, but the gait has {len(plans)}."
+        )
     parts, impulses = list[Law](), list[PlannedImpulses | None]()
     for number, stretch in enumerate(stretches):
         parts.append(_replace_part(gait, law.parts[stretch.part], plans[stretch.part], stretch, variable))
@@ -120,10 +123,10 @@ def _check_variable(robot: PlanarRobot, variable: PhaseVariable | None) -> str:
 
 
 def _check_travel(robot: PlanarRobot, name: str, *, depends: bool) -> None:
-    """Raise InputError if a phase variable depends on the place along the ground."""
+    """Raise InputError if a phase variable depends on the position along the ground."""
     if depends:
         raise InputError(
-            f"The phase variable {name!r} must not depend on {robot.travel!r}, the place along the ground, which a "
+            f"The phase variable {name!r} must not depend on {robot.travel!r}, the position along the ground, which a "
             "periodic gait does not repeat."
         )
 

@@ -22,7 +22,7 @@ def accelerations(mode: Mode, mass_matrix: ca.SX, drive: ca.SX, friction: ca.SX)
     mode : Mode
     mass_matrix : SX, shape (n_q, n_q)
     drive : SX, shape (n_q, 1)
-        Generalized force without contact, E u - h.
+        Generalised force without contact, E u - h.
     friction : SX
         Coulomb coefficient.
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from gaitopt.dataclass import dataclass
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.printable import format_count
 from gaitopt.motion.proposal import Proposal
 from gaitopt.ocp.initial.solution_transfer import solution_of
 from gaitopt.ocp.mode_search.candidate_sequences import Candidates, RelaxedSolution
@@ -134,8 +135,8 @@ def _describe_stationarity(candidates: Candidates, checks: list[CandidateCheck])
         return f"unknown: not all proposed sequences are solved: {', '.join(unsolved)}"
     if candidates.on_edge:
         return (
-            f"unknown: {candidates.on_edge} intervals of the open phases stick on the boundary of the cone "
-            "(biactive pairs); optimality is known for the closed contact sequence only"
+            f"unknown: in {format_count(candidates.on_edge, 'interval')} of the open phases the foot sticks on the "
+            "boundary of the cone (biactive pairs); optimality is known for the closed contact sequence only"
         )
     if not candidates.biactive:
         return "strong: no pair is biactive, so the optimality of the closed sequence implies that of the open one"

@@ -99,7 +99,9 @@ class GaitLibrary:
         )
         if not np.all(np.isfinite(durations)):
             place = ", ".join(f"{name} {value:g}" for name, value in coordinates.items())
-            raise InputError(f"The library has no gait at a grid point beside {place}; choose another place.")
+            raise InputError(
+                f"The library has no gait at a corner of the grid cell that contains {place}; choose other values."
+            )
         n_q, phases, begin = self.robot.n_q, [], 0.0
         for mode, duration, rows in zip(self.modes, durations, samples, strict=True):
             time = begin + duration * np.linspace(0.0, 1.0, rows.shape[1])

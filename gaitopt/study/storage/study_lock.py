@@ -104,7 +104,8 @@ def _acquire(path: Path, file: Path) -> int:
             holder = _read_holder(handle)
             os.close(handle)
             raise ArchiveError(
-                f"Cannot write {path}: it is being computed by {holder}. Wait until it ends, or choose another path."
+                f"Cannot write {path}: its results are being computed by {holder}. Wait until it ends, or choose "
+                "another path."
             ) from None
         if _is_current(handle, file):
             return handle

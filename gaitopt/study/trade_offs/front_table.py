@@ -210,7 +210,7 @@ def _tabulate_end_costs(front: Front) -> dict[str, Any]:
     for kind, end in (("forward", "end of lowest cost"), ("backward", "end with the tightest bound")):
         gaits = [front.gait(index, f"{kind}-return") for index in front.grid.points()]
         costs = [gait.solver.objective if gait is not None and gait.status.ok else math.nan for gait in gaits]
-        text = f"cost before refinement, in the chain of warm starts from the {end} to the other and back"
+        text = f"cost before refinement, in the chain of warm starts from the {end} to the other end and back"
         table[f"{kind}_cost"] = ("point", costs, {"units": _unit(front, front.quantities[0]), "long_name": text})
     return table
 
