@@ -32,6 +32,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import err, exit_incomplete, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     from gaitopt.motion.motion import Array
@@ -73,7 +74,7 @@ def search(
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
     with (
         worker_options(workers, scheduler) as team,
-        show_progress("optimisations", hidden=json, counted=True) as display,
+        show_progress("search", hidden=json, counted="optimisations") as display,
     ):
         ranking = search_sequences(
             problem,
@@ -124,7 +125,7 @@ def sweep(
     points = math.prod(len(values) for values in axes.values())
     with (
         worker_options(workers, scheduler) as team,
-        show_progress(f"optimisations of {points} points, with further starts", hidden=json, counted=True) as display,
+        show_progress(f"sweep of {format_count(points, 'point')}", hidden=json, counted="optimisations") as display,
     ):
         table = sweep_problem(
             problem,
