@@ -4,7 +4,7 @@ import functools
 import itertools
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from gaitopt.cli.script import (
     ROBOT_OF_SCRIPT,
@@ -12,12 +12,12 @@ from gaitopt.cli.script import (
     read_script,
     require_single_support,
     require_walk_problem,
-    require_walking,
 )
 from gaitopt.control.law import Law, feedforward, passive
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.robot import Robot
+from gaitopt.motion.gait import Gait
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import engine_named, planar_engine_named
@@ -163,7 +163,7 @@ def read_walk(request: Request) -> tuple[WalkProblem | PlanarWalkProblem, Cycle 
 
 
 def _of_gait(request: Request) -> CommandInput:
-    gait = require_walking(request.gait, request.source)
+    gait = cast(Gait, request.gait)  # commands read gaits of robots with several contacts otherwise
     robot = gait.robot
     law = feedforward(robot, gait.motion) if request.feedback is None else request.feedback(gait, robot)
     engine = engine_named(request.engine, law, robot)

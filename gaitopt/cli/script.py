@@ -19,7 +19,6 @@ from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
 from gaitopt.cli.walk_script import explain_robot_alone, name_walk_commands
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
-from gaitopt.motion.gait import Gait
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 
@@ -336,19 +335,6 @@ def load_any_gait(file: Path, script: Path | None) -> "AnyGait":
 
     gait = load(file)
     return gait if script is None else gait.with_robot(_robot_of(script))
-
-
-def require_walking(gait: "AnyGait", file: Path) -> Gait:
-    """Return the gait of a file, or raise InputError if its robot has several contacts."""
-    from gaitopt.motion.planar_gait import PlanarGait
-
-    if isinstance(gait, PlanarGait):
-        raise InputError(
-            f"{file} is a gait of a robot with several contacts, which this command does not accept; 'gaitopt show', "
-            "'verify', 'stability', 'simulate', 'trace', 'tune', 'push', 'basin', 'plot', 'animate', 'report' and "
-            "'export' do. 'gaitopt report' compares several such gaits."
-        )
-    return gait
 
 
 def load_gaits(files: Mapping[str, Path], script: Path | None) -> "dict[str, AnyGait]":

@@ -203,7 +203,7 @@ def compare(
 
     Example: gaitopt compare slip.h5 stick.h5 -o comparison.pdf
     """
-    from gaitopt.cli.script import load_gaits, require_walking
+    from gaitopt.cli.script import load_gaits
     from gaitopt.cli.study_output import print_comparison
     from gaitopt.motion.atomic import check_writable
     from gaitopt.plot.comparison_figure import plot_comparison
@@ -214,8 +214,7 @@ def compare(
 
     named, path = label_files(files), output or Path("comparison.png")
     check_writable(path)
-    gaits = {label: require_walking(gait, named[label]) for label, gait in load_gaits(named, problem).items()}
-    comparison = compare_gaits(gaits, multipliers=multipliers)
+    comparison = compare_gaits(load_gaits(named, problem), multipliers=multipliers)
     labelled = label_by_sequence(comparison.gaits, keep=True)  # the names of the files are those of the table
     figure = plot_comparison(Comparison(labelled, {}), style=FigureStyle(width=width, font_size=font_size))
     written = save_figure(figure, path)

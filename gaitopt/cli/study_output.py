@@ -14,6 +14,7 @@ from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
+from gaitopt.motion.view_motion import view_motion
 from gaitopt.study.comparison import Comparison
 from gaitopt.study.sequence_search.ranking import Ranking, phase_durations, ranking_cost
 from gaitopt.study.storage.failure_reason import PENDING
@@ -70,8 +71,9 @@ def print_comparison(comparison: Comparison) -> None:
     records = comparison.records()
     shown = Table(box=box.SIMPLE, pad_edge=False)
     shown.add_column("")
+    several = any(isinstance(gait, PlanarGait) for gait in comparison.gaits.values())  # whose sequences are long
     for record in records:
-        shown.add_column(record["label"], no_wrap=True)
+        shown.add_column(record["label"], no_wrap=not several)
     rows: list[tuple[str, list[str]]] = [
         ("sequence", [record["sequence"] for record in records]),
         ("status", [record["status"] for record in records]),
@@ -88,10 +90,12 @@ def print_comparison(comparison: Comparison) -> None:
     ):
         if name in records[0]:
             rows.append((label, [_number(record[name], form) for record in records]))
-    for name in dict.fromkeys(name for record in records for name in record["peak_torque"]):
-        rows.append((f"peak {name} torque [N m]", [_number(r["peak_torque"].get(name, "-"), ".4g") for r in records]))
+    views = [view_motion(gait.motion) for gait in comparison.gaits.values()]
+    for name, unit in dict.fromkeys((each.name, each.unit) for view in views for each in view.actuators):
+        label = f"peak {name} {'torque' if unit == 'N m' else 'force'} [{unit}]"
+        rows.append((label, [_number(record["peak_torque"].get(name, "-"), ".4g") for record in records]))
     energies = [record["energy_per_distance"] for record in records]
-    for name in max(energies, key=len):  # that of a robot with dampers has one more entry
+    for name in dict.fromkeys(name for energy in energies for name in energy):
         label = f"{name.replace('_', ' ')} [J/m]"
         rows.append((label, [_number(energy.get(name, 0.0), ".5f") for energy in energies]))
     for label, cells in rows:
@@ -102,7 +106,7 @@ def print_comparison(comparison: Comparison) -> None:
 def _number(value: float | str | None, form: str) -> str:
     """Return a number as a text; one that is rounded to zero has no minus sign."""
     if not isinstance(value, float):
-        return str(value)
+        return "-" if value is None else str(value)
     sign = "+" if form.startswith("+") else ""
     return format(value, f"{sign}z{form.removeprefix('+')}")
 

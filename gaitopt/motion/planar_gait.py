@@ -147,12 +147,16 @@ class PlanarGait(LazyRecord):
         return self.solver.objective
 
     @property
-    def cost_of_transport(self) -> float:
-        """Absolute joint work, summed between samples and with that of impulses, over weight times travel, or nan."""
+    def absolute_work(self) -> float:
+        """Absolute joint work of the period, summed between samples and with that of impulses [J]."""
         work = sum(float(np.abs(np.diff(segment.work, axis=1)).sum()) for segment in self.motion.segments)
-        work += sum(self.motion.impulse_work)
+        return work + sum(self.motion.impulse_work)
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Absolute joint work over weight times travel, or nan."""
         weight = self.motion.total_mass * self.motion.parameters["gravity"]
-        return work / (weight * self.step_length) if self.step_length else float("nan")
+        return self.absolute_work / (weight * self.step_length) if self.step_length else float("nan")
 
     @property
     def design(self) -> dict[str, float]:

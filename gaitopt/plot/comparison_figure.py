@@ -1,21 +1,25 @@
 """The figure of a comparison: overlaid trajectories of gaits, and the terms of their costs of transport."""
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
-from gaitopt.model.coordinate_entries import SLIDE, angle_entry
-from gaitopt.motion.gait import Gait
+from gaitopt.model.contacts.mode import Mode
+from gaitopt.motion.force_ratio import find_force_ratio
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.motion import Array
+from gaitopt.motion.motion_view import Channel, MotionView, PhaseView
+from gaitopt.motion.planar_gait import AnyGait
+from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot.legends import NO_BREAK, add_page_legend
-from gaitopt.plot.panels import join_segments, sample_force_ratio, widen_constant
+from gaitopt.plot.panels import join_segments, widen_constant
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
-from gaitopt.study.comparison import Comparison, energy_per_distance
+from gaitopt.study.comparison import Comparison
+from gaitopt.study.comparison_record import list_energy_terms
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +30,7 @@ TERMS = (
     ("friction_loss", "friction", "#E69F00", "///"),
     ("damping_loss", "dampers", "#6B9080", "xxx"),
     ("transition_loss", "transitions", "#56B4E9", "++"),
+    ("switched_springs", "\N{MINUS SIGN}switched springs", "#CC79A7", "oo"),
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#9C86BF", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
@@ -34,8 +39,9 @@ TERMS = (
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
-MOST_LABELS, LABEL_LETTERS, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 0.8, 0.6
-"""Bars with labels below them; letters in a line of such a label; widths of one, and of an axis with numbers [inch]."""
+MOST_LABELS, LABEL_LETTERS, LABEL_LINES, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 6, 0.8, 0.6
+"""Bars with labels below them; letters in a line of such a label, and its lines; widths of one, and of an axis with
+numbers [inch]."""
 
 LONGEST_COLUMN, TITLE_LETTERS = 7, 22
 """Rows above bars beyond which they are in two columns, with their labels above them; letters in a line of these."""
@@ -43,17 +49,21 @@ LONGEST_COLUMN, TITLE_LETTERS = 7, 22
 ROW_HEIGHT, NARROW_ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 0.85, 2.2, 0.9
 """Heights of a row beside bars and above bars, of bars below the rows, and of legend and axis labels [inch]."""
 
-Row = tuple[str, Callable[[Gait], list[Array]]]
-"""Label of a row, and its values in each segment of a gait."""
+DRAWN_UNITS = {"rad": "deg", "m": "m"}
+"""Unit in which coordinates of a unit are drawn."""
+
+Row = tuple[str, Callable[[MotionView], list[Array]]]
+"""Label of a row, and its values in each segment of a motion."""
 
 
 @check_arguments
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Overlay gaits as functions of the percentage of the step, and draw the terms of their costs of transport as bars.
 
-    For gaits of several robots, the angles and actuators that all of them have are drawn.  A colour means one gait in
-    all rows; bars of a column figure are drawn below the rows, otherwise beside them.  More than seven rows of a column
-    figure are drawn in two columns.
+    For gaits of several robots, the coordinates and actuators that all of them have are drawn.  Of several feet on the
+    ground, the force ratio and the speed are those of the foot for which they are largest.  If a robot does not travel,
+    the bars are energies per period.  A colour means one gait in all rows; bars of a column figure are drawn below the
+    rows, otherwise beside them.  More than seven rows of a column figure are drawn in two columns.
 
     Parameters
     ----------
@@ -111,15 +121,26 @@ def _divide_page(figure: "Figure", rows: int, above: float, *, narrow: bool) -> 
 def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
     """Return the rows; the unit of a torque is on a separate line where rows are less high than its label is long."""
     torque = "torque\n[N m]" if unit_line else "torque [N m]"
-    motions = [gait.motion for gait in comparison.gaits.values()]
-    angles = [name for name in motions[0].angles if all(name in motion.angles for motion in motions)]
-    actuators = [name for name in motions[0].actuators if all(name in motion.actuators for motion in motions)]
+    views = [view_motion(gait.motion) for gait in comparison.gaits.values()]
+    coordinates = _list_common([[each for unit in ("rad", "m") for _, each in view.channels(unit)] for view in views])
+    force = torque.replace("torque", "force").replace("N m", "N")
     return [
-        *((f"{_folded_name(name)}[deg]", _angle(name)) for name in angles),
-        *((f"{angle_symbol(name)}\n{torque}", _torque(name)) for name in actuators),
-        ("force ratio", lambda gait: [sample_force_ratio(segment) for segment in gait.motion.segments]),
-        ("foot speed\n[m/s]", lambda gait: [segment.v[SLIDE] for segment in gait.motion.segments]),
+        *(
+            (f"{_folded_name(one.name)}[{'deg' if one.unit == 'rad' else 'm'}]", _coordinate(one))
+            for one in coordinates
+        ),
+        *(
+            (f"{angle_symbol(one.name)}\n{torque if one.unit == 'N m' else force}", _torque(one))
+            for one in _list_common([view.actuators for view in views])
+        ),
+        ("force ratio", lambda view: [_find_largest(part, view, _sample_ratio) for part in view.segments]),
+        ("foot speed\n[m/s]", lambda view: [_find_largest(part, view, _sample_speed) for part in view.segments]),
     ]
+
+
+def _list_common(channels: Sequence[Sequence[Channel]]) -> list[Channel]:
+    """Return the channels that all robots have."""
+    return [each for each in channels[0] if all(each in others for others in channels)]
 
 
 def _folded_name(name: str) -> str:
@@ -136,7 +157,8 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
         axes = figure.add_subplot(grid[row, column], sharex=drawn[0] if drawn else None)
         drawn.append(axes)
         for place, (name, gait) in enumerate(comparison.gaits.items()):
-            axes.plot(*_over_step(gait, read(gait)), **line_style(place), label=name)
+            view = view_motion(gait.motion)
+            axes.plot(*_over_step(view, read(view)), **line_style(place), label=name)
         widen_constant(axes)
         if grid.ncols == 1:
             axes.set_ylabel(label)
@@ -152,23 +174,46 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
     return drawn
 
 
-def _over_step(gait: Gait, parts: list[Array]) -> tuple[Array, Array]:
+def _over_step(view: MotionView, parts: list[Array]) -> tuple[Array, Array]:
     """Return percentages of the step and values, with gaps where one segment ends and the next begins."""
-    time = join_segments([segment.time for segment in gait.motion.segments])
-    return 100 * time / gait.period, join_segments(parts)
+    time = join_segments([segment.time - view.segments[0].time[0] for segment in view.segments])
+    return 100 * time / view.period, join_segments(parts)
 
 
-def _angle(name: str) -> Callable[[Gait], list[Array]]:
-    return lambda gait: [np.rad2deg(s.q[angle_entry(gait.motion.angles.index(name))]) for s in gait.motion.segments]
+def _coordinate(channel: Channel) -> Callable[[MotionView], list[Array]]:
+    scale = np.rad2deg(1.0) if channel.unit == "rad" else 1.0
+    return lambda view: [scale * part.q[view.coordinates.index(channel)] for part in view.segments]
 
 
-def _torque(name: str) -> Callable[[Gait], list[Array]]:
-    return lambda gait: [s.torque[gait.motion.actuators.index(name)] for s in gait.motion.segments]
+def _torque(channel: Channel) -> Callable[[MotionView], list[Array]]:
+    return lambda view: [part.torque[view.actuators.index(channel)] for part in view.segments]
+
+
+def _find_largest(part: PhaseView, view: MotionView, sample: Callable[[PhaseView, list[int]], Array]) -> Array:
+    """Return a quantity of the leg on the ground for which its magnitude is largest; nan in flight."""
+    legs: dict[int, list[int]] = {}
+    for foot in view.sliding:
+        if part.modes[foot] is not Mode.FREE:
+            legs.setdefault(view.leg_of(foot), []).append(foot)
+    values = np.array([sample(part, feet) for feet in legs.values()] or [np.full(part.time.size, np.nan)])
+    largest = np.argmax(np.nan_to_num(np.abs(values), nan=-1.0), axis=0)
+    return values[largest, np.arange(part.time.size)]
+
+
+def _sample_ratio(part: PhaseView, feet: list[int]) -> Array:
+    """Return the ratio of tangential to normal force of a leg, whose contacts such as heel and toe are added."""
+    force = part.forces[feet].sum(axis=0)
+    return find_force_ratio(force, float(np.max(force[1])))
+
+
+def _sample_speed(part: PhaseView, feet: list[int]) -> Array:
+    return part.slip_speeds[feet[0]]
 
 
 def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labels: int) -> None:
-    """Draw the cost of transport of each gait as a stack of its terms."""
-    terms = [_cost_terms(gait) for gait in comparison.gaits.values()]
+    """Draw the cost of transport of each gait as a stack of its terms; the energy if a robot does not travel."""
+    per_distance = all(gait.step_length for gait in comparison.gaits.values())
+    terms = [_cost_terms(gait, per_distance=per_distance) for gait in comparison.gaits.values()]
     places = np.arange(len(terms))
     above, below = np.zeros(len(terms)), np.zeros(len(terms))
     for name, label, color, hatch in TERMS:
@@ -178,7 +223,8 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
         base = np.where(height > 0, above, below)
         axes.bar(places, height, 0.6, bottom=base, color=color, hatch=hatch, edgecolor="white", label=label)
         above, below = above + np.maximum(height, 0), below + np.minimum(height, 0)
-    labelled = len(terms) <= most_labels
+    labels = [_wrap_label(label) for label in comparison.gaits]
+    labelled = len(terms) <= most_labels and all(label.count("\n") < LABEL_LINES for label in labels)
     for place, term in zip(places, terms, strict=True):
         total = term["absolute_work"]
         key = "total" if place == 0 and not np.isclose(total, above[0]) else "_total"
@@ -191,11 +237,11 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
         }
         axes.annotate(f"{total:#.4g}".rstrip("."), (place, above[place]), (0, 2), **number)
     if labelled:
-        axes.set_xticks(places, [_wrap_label(label) for label in comparison.gaits])
+        axes.set_xticks(places, labels)
     else:
         _draw_line_samples(axes, len(terms))
     axes.set_xlim(-0.6, len(terms) - 0.4)
-    axes.set_ylabel("cost of transport")
+    axes.set_ylabel("cost of transport" if per_distance else "energy per period [J]")
     axes.set_ylim(top=(1.1 if labelled else 1.3) * max(above))
     axes.grid(visible=False, axis="x")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0.2, columnspacing=1.0)
@@ -209,10 +255,10 @@ def _draw_line_samples(axes: "Axes", count: int) -> None:
         axes.plot([number - 0.32, number + 0.32], [-0.04, -0.04], label="_sample", **line_style(number), **below)
 
 
-def _cost_terms(gait: Gait) -> dict[str, float]:
-    """Return the absolute work of a gait and its terms per weight and distance, which compares robots of any size."""
-    weight = gait.motion.total_mass * gait.motion.parameters["gravity"]
-    return {name: value / weight for name, value in energy_per_distance(gait).items()}
+def _cost_terms(gait: AnyGait, *, per_distance: bool) -> dict[str, float]:
+    """Return the absolute work of a gait and its terms, if required per weight and distance [1], otherwise in J."""
+    unit = view_motion(gait.motion).weight * gait.step_length if per_distance else 1.0
+    return {name: value / unit for name, value in list_energy_terms(gait).items()}
 
 
 def _wrap_label(label: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.force_ratio import find_force_ratio
 from gaitopt.motion.joint_numbers import number_joints
-from gaitopt.motion.motion import Array, Segment
+from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import MotionView, PhaseView
 from gaitopt.motion.shown_limits import select_near_limits
 from gaitopt.motion.view_motion import AnyMotion, view_motion
@@ -129,11 +129,6 @@ def foot_style(view: MotionView, foot: int) -> dict[str, Any]:
 def hide_open(part: PhaseView, contact: int, values: Array) -> Array:
     """Return samples of a contact, nan while it is open."""
     return np.full_like(values, np.nan) if part.modes[contact] is Mode.FREE else values
-
-
-def sample_force_ratio(segment: Segment) -> Array:
-    """Return f_t / f_n of a segment, shape (K,); nan where the normal force is negative or negligible."""
-    return find_force_ratio(segment.force, float(np.max(segment.force[1])))
 
 
 def name_phases(axes: "Axes", motion: MotionView) -> None:

@@ -9,12 +9,15 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.motion.energy import absolute_work
-from gaitopt.motion.gait import Gait, check_gait
+from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.motion.summary import plain
 from gaitopt.reductions import worst
 from gaitopt.stability.assessment import assess_stability
-from gaitopt.study.gait_metrics import braking_work, force_ratio, peak_torques
+from gaitopt.stability.cycle import Cycle
+from gaitopt.stability.planar_gaits.planar_assessment import assess_planar
+from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
+from gaitopt.study.comparison_record import record_gait
 
 MOST_DIFFERENCES = 3
 """Largest number of parameters in a label."""
@@ -26,7 +29,7 @@ class Comparison:
 
     Attributes
     ----------
-    gaits : dict of str to Gait
+    gaits : dict of str to Gait or PlanarGait
     multipliers : dict of str to tuple of complex
         Floquet multipliers under the torques replayed in open loop; empty unless requested.
 
@@ -38,35 +41,21 @@ class Comparison:
     True
     """
 
-    gaits: dict[str, Gait]
+    gaits: dict[str, AnyGait]
     multipliers: dict[str, tuple[complex, ...]]
 
     def records(self) -> list[dict[str, Any]]:
         """Return a record for each gait, as plain data in SI units.
 
-        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: the energy lost at impact, by friction and
-        by dampers, minus the work of gravity, plus twice the braking work of the actuators.
+        The terms of `energy_per_distance` [J/m] add up to ``absolute_work``: the energy lost at impacts, by friction
+        and by dampers, minus the work of gravity and of switched springs, plus twice the braking work of the actuators.
+        For a robot with several contacts, `foot_slide` contains the slide of each contact that slips, and
+        `impulse_ratio` is the largest one of all impacts.
         """
         return [plain(self._record(label, gait)) for label, gait in self.gaits.items()]
 
-    def _record(self, label: str, gait: Gait) -> dict[str, Any]:
-        verification = gait.verification
-        record: dict[str, Any] = {
-            "label": label,
-            "sequence": str(gait.sequence),
-            "status": gait.status.key,
-            "verified": None if verification is None else verification.passed,
-            "friction": gait.motion.parameters["friction"],
-            "cost_of_transport": gait.cost_of_transport,
-            "speed": gait.speed,
-            "step_length": gait.step_length,
-            "period": gait.period,
-            "foot_slide": gait.motion.foot_slide,
-            "peak_torque": peak_torques(gait),
-            "force_ratio": force_ratio(gait),
-            "impulse_ratio": gait.motion.jumps[0].ratio,
-            "energy_per_distance": energy_per_distance(gait),
-        }
+    def _record(self, label: str, gait: AnyGait) -> dict[str, Any]:
+        record = record_gait(label, gait)
         if label in self.multipliers:
             values = self.multipliers[label]
             record["multipliers"] = [[value.real, value.imag] for value in values]
@@ -74,40 +63,15 @@ class Comparison:
         return record
 
 
-def energy_per_distance(gait: Gait) -> dict[str, float]:
-    """Return the absolute work of a gait per distance and the terms that add up to it [J/m].
-
-    The terms ``damping_loss`` and ``transition_loss`` are included if they are not zero.
-
-    Examples
-    --------
-    >>> from gaitopt import load
-    >>> terms = energy_per_distance(load("docs/examples/compass_slip.h5"))
-    >>> total = terms.pop("absolute_work")
-    >>> abs(total - sum(terms.values())) < 1e-4
-    True
-    """
-    energy, travel = gait.energy, gait.step_length
-    terms = {
-        "absolute_work": absolute_work(gait.motion),
-        "impact_loss": energy.impact_loss,
-        "friction_loss": energy.friction_loss,
-        **{name: value for name in ("damping_loss", "transition_loss") if (value := getattr(energy, name))},
-        "gravity": -energy.gravity,
-        "twice_braking": 2 * braking_work(gait),
-    }
-    return {name: value / travel for name, value in terms.items()}
-
-
 @check_arguments
-def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = False) -> Comparison:
+def compare(gaits: Mapping[str, AnyGait] | Sequence[AnyGait], *, multipliers: bool = False) -> Comparison:
     """Compare gaits by their metrics and, if requested, by their multipliers.
 
     Parameters
     ----------
-    gaits : mapping of str to Gait, or sequence of Gait
-        By label; the gaits of a sequence are labelled by their contact sequences, and if these repeat, by the
-        parameters in which the gaits differ.
+    gaits : mapping of str to gait, or sequence of gaits
+        Gaits of any robots by label; the gaits of a sequence are labelled by their contact sequences, and if these
+        repeat, by the parameters in which the gaits differ.
     multipliers : bool
         Whether to compute the Floquet multipliers under the torques replayed in open loop.
 
@@ -128,19 +92,23 @@ def compare(gaits: Mapping[str, Gait] | Sequence[Gait], *, multipliers: bool = F
     >>> [(record["label"], record["sequence"]) for record in comparison.records()]
     [('slip', 'slip+ stick | slip+')]
     """
-    if isinstance(gaits, Gait):
+    if isinstance(gaits, Gait | PlanarGait):
         raise InputError("A comparison needs several gaits: a list, or a mapping of labels to gaits.")
     labelled = dict(gaits) if isinstance(gaits, Mapping) else _label_gaits(gaits)
     if not labelled:
         raise InputError("A comparison needs at least one gait.")
     for gait in labelled.values():
-        check_gait(gait)
+        check_any_gait(gait)
     assessed = labelled.items() if multipliers else ()
-    multipliers_of = {label: assess_stability(gait).multipliers for label, gait in assessed}
+    multipliers_of = {label: _assess(gait).multipliers for label, gait in assessed}
     return Comparison(labelled, {label: tuple(map(complex, values)) for label, values in multipliers_of.items()})
 
 
-def label_by_sequence(gaits: Mapping[str, Gait], *, keep: bool = False) -> dict[str, Gait]:
+def _assess(gait: AnyGait) -> Cycle | PlanarCycle:
+    return assess_planar(gait) if isinstance(gait, PlanarGait) else assess_stability(gait)
+
+
+def label_by_sequence(gaits: Mapping[str, AnyGait], *, keep: bool = False) -> dict[str, AnyGait]:
     """Return labelled gaits by their contact sequences; if these repeat, by the parameters in which the gaits differ.
 
     Gaits that differ in no parameter keep their labels in parentheses, and with `keep` all gaits do.
@@ -159,10 +127,10 @@ def label_by_sequence(gaits: Mapping[str, Gait], *, keep: bool = False) -> dict[
     }
 
 
-def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
+def _label_gaits(gaits: Sequence[AnyGait]) -> dict[str, AnyGait]:
     """Return gaits labelled as by `label_by_sequence`, with a number added to labels that repeat."""
     for gait in gaits:
-        check_gait(gait)
+        check_any_gait(gait)
     labels = _describe_gaits(gaits)
     numbered = [
         label if labels.count(label) == 1 else f"{label} ({1 + labels[:number].count(label)})"
@@ -171,7 +139,7 @@ def _label_gaits(gaits: Sequence[Gait]) -> dict[str, Gait]:
     return dict(zip(numbered, gaits, strict=True))
 
 
-def _describe_gaits(gaits: Sequence[Gait]) -> list[str]:
+def _describe_gaits(gaits: Sequence[AnyGait]) -> list[str]:
     """Return the sequence of each gait, followed by the parameters in which gaits of the same sequence differ."""
     sequences = [str(gait.sequence) for gait in gaits]
     groups = {sequence: [g for g, s in zip(gaits, sequences, strict=True) if s == sequence] for sequence in sequences}
@@ -181,7 +149,7 @@ def _describe_gaits(gaits: Sequence[Gait]) -> list[str]:
     ]
 
 
-def _list_differences(gait: Gait, others: Sequence[Gait]) -> list[str]:
+def _list_differences(gait: AnyGait, others: Sequence[AnyGait]) -> list[str]:
     """Return the parameters, at most `MOST_DIFFERENCES`, that do not have the same value in all gaits."""
     tables = [_tabulate_parameters(other) for other in others]
     differences = [
@@ -192,7 +160,7 @@ def _list_differences(gait: Gait, others: Sequence[Gait]) -> list[str]:
     return differences[:MOST_DIFFERENCES]
 
 
-def _tabulate_parameters(gait: Gait) -> dict[str, str]:
+def _tabulate_parameters(gait: AnyGait) -> dict[str, str]:
     """Return the parameters of a gait as text, those of the ground and of the task first."""
     values = gait.motion.parameters
     first = {"friction": values["friction"], "slope": values["slope"], "speed": gait.speed, "step": gait.step_length}

@@ -8,6 +8,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.dataclass import dataclass
 from gaitopt.motion.energy import positive_work
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.planar_gait import AnyGait
 
 
 @check_arguments
@@ -100,8 +101,8 @@ def slip_distance(gait: Gait) -> float:
     return sum(abs(segment.slide) for segment in gait.motion.segments if segment.mode.slips)
 
 
-def peak_torques(gait: Gait) -> dict[str, float]:
-    """Return the largest absolute torque of each actuator [N m].
+def peak_torques(gait: AnyGait) -> dict[str, float]:
+    """Return the largest absolute torque of each actuator [N m; N of a linear one].
 
     Examples
     --------

@@ -7,6 +7,7 @@ import numpy as np
 from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.stability.planar_gaits.planar_friction import impact_ratios
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,12 @@ def slip_duties(gait: PlanarGait) -> Array:
 def impulses(gait: PlanarGait, direction: int) -> Array:
     """Return the sum of each contact's impulses in a period [N s]: tangential (0) or normal (1), shape (n_c,)."""
     return np.asarray(np.sum([event.impulse[:, direction] for event in gait.motion.events], axis=0), dtype=float)
+
+
+def largest_impulse_ratio(gait: PlanarGait) -> float:
+    """Return the largest ratio of tangential to normal impulse in an impact, signed; nan without impact."""
+    ratios = [ratio for event in gait.motion.events for ratio in impact_ratios(event).values()]
+    return max(ratios, key=abs, default=float("nan"))
 
 
 def _shortest_phase(gait: PlanarGait) -> float:

@@ -52,7 +52,7 @@ def test_a_saved_gait_is_drawn_reported_and_exported(capsys, hop, tmp_path, comm
         (("export", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
         (("export", "-o", "hop.c", "--law", "pid"), "There is no feedback law 'pid' for a robot with several contacts"),
         (("export", "-o", "hop.json", "--law", "lqr"), "leave out the law, or export a controller"),
-        (("compare", "-o", "hop.png"), "gait of a robot with several contacts"),
+        (("compare", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
     ],
 )
 def test_wrong_arguments_are_refused_in_a_sentence(capsys, hop, words, sentence, tmp_path, monkeypatch):

@@ -96,12 +96,20 @@ def test_a_gait_is_exported_as_a_controller(capsys, hop, tmp_path):
     assert "robot monopod, law joint_pd" in text
 
 
-def test_a_command_on_walkers_names_those_that_accept_the_file(capsys, hop):
-    status, printed = run(capsys, "compare", str(hop), "--multipliers")
-    assert status == 2
-    assert "of a robot with several contacts, which this command does not accept; 'gaitopt show', 'verify'" in " ".join(
-        printed.err.split()
-    )
+def test_gaits_are_compared(capsys, hop, tmp_path):
+    figure = tmp_path / "hops.png"
+    other = tmp_path / "other.h5"
+    shutil.copy(hop, other)
+    status, printed = run(capsys, "compare", str(hop), str(other), "--multipliers", "-o", str(figure), "--json")
+    assert status in (0, None)
+    first, second = json.loads(printed.out)["gaits"]
+    assert figure.exists()
+    assert first | {"label": second["label"]} == second
+    assert first["sequence"] == "foot stick > flight |"
+    assert first["largest_multiplier"] > 0
+    status, printed = run(capsys, "compare", str(hop), str(other), "-o", str(figure))
+    assert status in (0, None)
+    assert "peak leg force [N]" in printed.out
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,14 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from gaitopt import InputError, absolute_work, compare, load, plot_comparison
 from gaitopt.cli.study_output import print_comparison
+from gaitopt.motion.view_motion import view_motion
 from gaitopt.study.comparison import label_by_sequence
+from gaitopt.study.comparison_record import list_energy_terms
 from tests.study.test_sweep import SEQUENCES
 
 
@@ -87,3 +90,51 @@ def test_a_table_of_robots_with_and_without_dampers(slip_gait, damped, capsys):
     print_comparison(compare({"plain": slip_gait, "damped": damped}))
     (row,) = [line.split() for line in capsys.readouterr().out.splitlines() if "damping loss" in line]
     assert row[-2:] == ["0.00000", f"{0.25 * damped.period / damped.step_length:.5f}"]
+
+
+def test_gaits_with_several_contacts_are_compared(hop_gait, slip_gait):
+    """The terms add up to the cost, and what both kinds of gaits have is drawn for both."""
+    found = compare({"hop": hop_gait, "again": hop_gait})
+    record = found.records()[0]
+    terms = dict(record["energy_per_distance"])
+    total = terms.pop("absolute_work")
+    assert total / view_motion(hop_gait.motion).weight == pytest.approx(record["cost_of_transport"])
+    assert sum(terms.values()) == pytest.approx(total, rel=1e-4)
+    assert set(record["peak_torque"]) == {"hip", "leg"}
+    assert 0 < record["force_ratio"] <= hop_gait.motion.parameters["friction"]
+    figure = plot_comparison(found)
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
+    coordinates = [f"{each.name} [{'deg' if unit == 'rad' else 'm'}]" for unit in ("rad", "m")
+                   for _, each in view_motion(hop_gait.motion).channels(unit)]  # fmt: skip
+    actuators = ["leg force [N]", "hip torque [N m]"]
+    assert labels == [*coordinates, *actuators, "force ratio", "foot speed [m/s]", "cost of transport"]
+    assert len(coordinates) == 4
+    ratio = next(axes for axes in figure.axes if axes.get_ylabel() == "force ratio").lines[0].get_ydata()
+    flight = sum(part.time.size for part in hop_gait.motion.segments if not part.state.closed)
+    assert np.count_nonzero(np.isnan(ratio)) >= flight
+    mixed = compare({"hop": hop_gait, "walk": slip_gait})
+    assert [axes.get_ylabel() for axes in plot_comparison(mixed).axes][-3:] == [
+        "force ratio", "foot speed\n[m/s]", "cost of transport"
+    ]  # fmt: skip
+
+
+def test_switched_springs_are_a_term_of_the_cost(hop_gait):
+    """A spring that is extended at touchdown adds energy which no actuator supplies."""
+    events = hop_gait.motion.events
+    extended = dataclasses.replace(events[0], switch_work=5.0)
+    gait = dataclasses.replace(hop_gait, motion=dataclasses.replace(hop_gait.motion, events=(extended, *events[1:])))
+    before, after = (list_energy_terms(each) for each in (hop_gait, gait))
+    assert after == pytest.approx(before | {"switched_springs": -5.0})
+
+
+def test_bars_of_robots_that_do_not_travel_are_energies(hop_gait):
+    still = dataclasses.replace(hop_gait, motion=dataclasses.replace(hop_gait.motion, travel=None))
+    found = compare({"hop": hop_gait, "still": still})
+    assert found.records()[1]["cost_of_transport"] is None
+    assert plot_comparison(found).axes[-1].get_ylabel() == "energy per period [J]"
+
+
+def test_long_sequences_are_not_repeated_below_the_bars(hop_gait):
+    long = "heel A stick, toe B stick > heel A stick | heel A stick, toe A stick > toe A stick |, speed 0.5"
+    axes = plot_comparison(compare({long: hop_gait, "short": hop_gait})).axes[-1]
+    assert not axes.get_xticks().size
