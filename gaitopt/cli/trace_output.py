@@ -129,9 +129,9 @@ def _name_end(reason: str, nearest: Sequence[SpecialPoint]) -> str:
 def _curve_table(diagram: BranchDiagram) -> Table:
     """Return the table of the curves of special points."""
     first, second = diagram.curves[0].parameters
-    table = Table(box=box.SIMPLE, pad_edge=False, title="curves of special points, SI units", title_justify="left")
+    table = _make_table("curves of special points, SI units")
     for column in ("kind", "points", first, second, "begins", "ends"):
-        table.add_column(column, no_wrap=column not in ("begins", "ends"))
+        table.add_column(column, no_wrap=column == "points", overflow="fold")
     for curve in diagram.curves:
         low, high = curve.values.min(axis=0), curve.values.max(axis=0)
         spans = [f"{one:.6g} to {other:.6g}" for one, other in zip(low, high, strict=True)]
