@@ -110,15 +110,13 @@ def test_messages_in_the_error_index_are_what_gaitopt_says():
 
 def list_keys(facts, skipped):
     """Return all keys of nested data but those of mappings by the names of gains, actuators, laws or reasons."""
-    parts = facts.values() if isinstance(facts, dict) else facts if isinstance(facts, list) else ()
-    names = set(facts) if isinstance(facts, dict) else set()
-    inner = (
-        [(name, part) for name, part in facts.items()] if isinstance(facts, dict) else [("", part) for part in parts]
-    )
-    for name, part in inner:
-        deeper = list(part.values()) if name in skipped and isinstance(part, dict) else part
-        names |= list_keys(deeper, skipped)
-    return names
+    if isinstance(facts, list):
+        return set().union(*(list_keys(part, skipped) for part in facts))
+    if not isinstance(facts, dict):
+        return set()
+    named = {name for name, part in facts.items() if name in skipped and isinstance(part, dict)}
+    parts = [list(part.values()) if name in named else part for name, part in facts.items()]
+    return set(facts) | list_keys(parts, skipped)
 
 
 @pytest.mark.parametrize("kind", ["tuned gains", "push test", "basin", "basins of a branch"])

@@ -12,11 +12,13 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
+from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
 from gaitopt.plot import (
     basin_figure,
     plot_basin,
+    plot_optima,
     plot_ranking,
     plot_result,
     plot_robustness,
@@ -280,12 +282,25 @@ def test_the_title_of_a_sweep_states_the_parameters_of_the_script_that_were_set(
 
 
 def test_the_title_of_optima_states_robot_and_fixed_parameters_as_that_of_branches():
-    values = np.linspace(0.1, 0.2, 3)
+    values, flags, counts = np.linspace(0.1, 0.2, 3), np.ones(3, dtype=bool), np.zeros(3, dtype=int)
     branch = OptimalBranch(
         sequence="stick | stick",
+        names=("th1",),
         values=values,
         costs=values,
-        multipliers=np.full((3, 1), 0.5),
+        cost_slopes=values,
+        cost_errors=values,
+        states=np.ones((3, 1)),
+        multipliers=np.full((3, 1), 0.5 + 0j),
+        replayed=flags,
+        passed=flags,
+        state_errors=values,
+        negative=counts,
+        dependent=counts,
+        strictness=values,
+        active=counts,
+        special=(),
+        end="range_end",
     )
     diagram = OptimalDiagram(
         robot="compass_biped",
