@@ -32,7 +32,7 @@ def main(names):
     for name in names or FIGURES:
         path = DOCS / "images" / f"{name}.png"
         save_figure(FIGURES[name](), path)
-        reduce_colors(Image.open(path), 256).save(path, optimize=True)
+        reduce_colors(Image.open(path), 192).save(path, optimize=True)
         print(path.name, flush=True)
 
 

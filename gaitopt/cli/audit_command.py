@@ -60,7 +60,7 @@ def audit(
     with (
         contextlib.nullcontext() if output is None else lock_study(output),
         worker_options(workers, scheduler) as team,
-        show_progress("problems", hidden=json, counted=True) as display,
+        show_progress("audit", hidden=json, counted="problems") as display,
     ):
         results = AuditFile(output, seed, starts, impulses=impulses)
         lost = _run(results, count, (seed, starts, impulses), team, display.count)

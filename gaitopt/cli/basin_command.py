@@ -121,7 +121,7 @@ def basin(
     else:
         axes = _axes_of(request, over, hidden=json or quiet)
         base = _read_start(state, axes)
-    with worker_options(workers, scheduler) as team, show_progress("starts", hidden=json, counted=True) as display:
+    with worker_options(workers, scheduler) as team, show_progress("basin", hidden=json, counted="starts") as display:
         if planar is None:
             result = _find_basin(request, subject, axes, base, steps, output, team, display.count)
         else:

@@ -173,7 +173,7 @@ def animate(
     refuse_walk_script(file)
     several, path = is_multistep_file(file), output or Path(f"{file.stem}.gif")
     gait = load_steps(file) if several else load(file)
-    with show_progress("drawing frames", hidden=json, counted=True) as display:
+    with show_progress("drawing", hidden=json, counted="frames") as display:
         written = animate_gait(gait, path, steps=1 if several else steps, slow=slow, observer=display.count)
     report_file(written, json=json)
 

@@ -44,6 +44,13 @@ ENDS = {
 UNITS = {"friction patch": "coefficient of friction"}
 """Texts in the column of units, for kinds of disturbances without a unit."""
 
+EXPLANATIONS = {
+    "slope": "Slopes: changes relative to the slope of the gait.",
+    "friction patch": "Friction patch: decrease of the coefficient of friction in the first five steps.",
+    "torque noise": "Torque noise: standard deviation.",
+}
+"""Explanations of kinds of disturbances, by a part of their names."""
+
 
 def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
     """Return the result of tuning as plain data; there are no multipliers if the law has no periodic gait."""
@@ -312,23 +319,7 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
     """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
     radius = format_radius(facts["radius"])
     out.print(f"{facts['law']}: spectral radius {radius}{_describe_conditions(facts)}", soft_wrap=True)
-    recovery = next((each for each in basins.values() if each is not None), None)
-    limit = f" (within {recovery.tolerance:g}) in {format_count(recovery.steps, 'step')}" if recovery else ""
-    steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
-    pushes = _describe_starts(facts.get("starts", 0))
-    caption = (
-        "Largest disturbance survived and smallest one not survived, to the resolution of the search. A push is "
-        f"survived if the walker returns to the gait{limit}{pushes}, any other disturbance if it completes {steps}, "
-        "possibly in another gait. Slopes: changes relative to the slope of the gait. Friction patch: decrease of the "
-        "coefficient of friction in the first five steps. Torque noise: standard deviation."
-    )
-    if any(each["failed"] is None for each in facts["survived"]):
-        caption += " A dash (-) instead of one that is not survived: the largest disturbance tried is survived."
-    kinds = {each["kind"] for each in facts["survived"]}
-    is_complete = bool(basins) and kinds >= {"push", "downhill slope", "uphill slope"} and not facts.get("missing")
-    if is_complete and "torque noise" in kinds and "sensor delay" not in kinds:
-        caption += " No sensor delay: the law does not read the state."
-    table = Table(box=box.SIMPLE, pad_edge=False, caption=caption, caption_justify="left")
+    table = Table(box=box.SIMPLE, pad_edge=False, caption=_explain_margins(facts, basins), caption_justify="left")
     for column in ("disturbance", "survived", "not survived", "unit"):
         table.add_column(column)
     for each in facts["survived"]:
@@ -346,6 +337,30 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         out.print(f"{name}: {text}", soft_wrap=True)
     if missing := facts.get("missing"):
         out.print(f"not tested, since the test was interrupted: {', '.join(missing)}", soft_wrap=True)
+
+
+def _explain_margins(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> str:
+    """Return the caption of the table of disturbances, which explains the tested kinds only."""
+    kinds = {each["kind"] for each in facts["survived"]}
+    criteria = []
+    if "push" in kinds:
+        recovery = next((each for each in basins.values() if each is not None), None)
+        limit = f" (within {recovery.tolerance:g}) in {format_count(recovery.steps, 'step')}" if recovery else ""
+        pushes = _describe_starts(facts.get("starts", 0))
+        criteria.append(f"A push is survived if the walker returns to the gait{limit}{pushes}")
+    if kinds - {"push"}:
+        steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
+        others = "any other disturbance if it" if criteria else "A disturbance is survived if the walker"
+        criteria.append(f"{others} completes {steps}, possibly in another gait")
+    texts = ["Largest disturbance survived and smallest one not survived, to the resolution of the search."]
+    texts += [f"{', '.join(criteria)}."] if criteria else []
+    texts += [text for kind, text in EXPLANATIONS.items() if any(kind in each for each in kinds)]
+    if any(each["failed"] is None for each in facts["survived"]):
+        texts.append("A dash (-) instead of one that is not survived: the largest disturbance tried is survived.")
+    is_complete = bool(basins) and kinds >= {"push", "downhill slope", "uphill slope"}
+    if is_complete and not facts.get("missing") and "torque noise" in kinds and "sensor delay" not in kinds:
+        texts.append("No sensor delay: the law does not read the state.")
+    return " ".join(texts)
 
 
 def _describe_starts(starts: int) -> str:

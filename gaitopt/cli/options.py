@@ -366,7 +366,8 @@ PushStarts = Annotated[
         min=1,
         max=100000,
         help="Number of simulated walks, each from a random state after a push. The states of tune and push are the "
-        "same for equal numbers (tune: --seed 0), and the ball from which all walks return shrinks as their number grows.",
+        "same for equal numbers (tune: --seed 0), and the ball from which all walks return shrinks as their number "
+        "grows.",
     ),
 ]
 

@@ -79,7 +79,7 @@ def pareto(
     options = Pareto(objectives=names, points=points, bounds=_read_bounds(bounds or []), starts=starts)
     with (
         worker_options(workers, scheduler) as team,
-        show_progress("optimisations", hidden=json, counted=True) as display,
+        show_progress("Pareto front", hidden=json, counted="optimisations") as display,
     ):
         execution = team.execution(display.count, functools.partial(load_script, script.resolve()))
         table = options.trace(problem, execution=execution, path=output)

@@ -25,6 +25,8 @@ class Display:
     text : str
     progress : Progress or None
         The live line of a terminal.
+    unit : str
+        What is counted, in the plural; empty if the text states it.
 
     Attributes
     ----------
@@ -32,8 +34,8 @@ class Display:
         The tasks under way, in words; empty if they are not known.
     """
 
-    def __init__(self, text: str, progress: "Progress | None" = None) -> None:
-        self._text, self._count, self._progress = text, "", progress
+    def __init__(self, text: str, progress: "Progress | None" = None, unit: str = "") -> None:
+        self._text, self._count, self._progress, self._unit = text, "", progress, unit
         self.active = ""
         self._task = None if progress is None else progress.add_task(text, total=None, count="")
 
@@ -50,7 +52,7 @@ class Display:
 
     def count(self, done: int, total: int, remark: str = "") -> None:
         """Show how much is done, with a remark; the total may grow."""
-        self._count = f"{done}/{total} {remark}".rstrip()
+        self._count = " ".join(filter(None, (f"{done}/{total}", self._unit, remark)))
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, completed=done, total=total, count=self._count)
 
@@ -60,7 +62,7 @@ class Display:
 
 
 @contextmanager
-def show_progress(text: str, *, hidden: bool, counted: bool = False, longest: float | None = None) -> Iterator[Display]:
+def show_progress(text: str, *, hidden: bool, counted: str = "", longest: float | None = None) -> Iterator[Display]:
     """Yield a display of work in progress, which is hidden with ``--quiet`` or if `hidden`.
 
     Parameters
@@ -68,8 +70,8 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False, longest: fl
     text : str
         The work in progress.
     hidden : bool
-    counted : bool
-        Whether a bar is shown beside the count.
+    counted : str
+        What is counted, in the plural, beside a bar; empty for no bar.
     longest : float, optional
         Longest time between two lines if standard error is not a terminal [s], by default `PERIOD`.
     """
@@ -78,8 +80,8 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False, longest: fl
     elif err.is_terminal:
         from rich.live import Live
 
-        progress = _make_bar(counted)
-        display = Display(text, progress)
+        progress = _make_bar(bool(counted))
+        display = Display(text, progress, counted)
         live = Live(
             console=err.console,
             transient=True,
@@ -89,7 +91,7 @@ def show_progress(text: str, *, hidden: bool, counted: bool = False, longest: fl
         with live:
             yield display
     else:
-        display, finished = Display(text), threading.Event()
+        display, finished = Display(text, unit=counted), threading.Event()
         writer = threading.Thread(target=_write_lines, args=(display, finished, longest or PERIOD), daemon=True)
         writer.start()
         try:

@@ -201,7 +201,7 @@ class _ControlledGait:
         kinds = [kind for kind in results.missing if kind != RECOVERY]
         if not kinds:
             return
-        with show_progress("disturbances", hidden=hidden, counted=True) as display:
+        with show_progress("push test", hidden=hidden, counted="kinds of disturbances") as display:
             margins = iterate_margins(
                 self.gait.robot,
                 self.law,

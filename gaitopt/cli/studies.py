@@ -81,7 +81,7 @@ def search(
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
     with (
         worker_options(workers, scheduler) as team,
-        show_progress("optimisations", hidden=json, counted=True) as display,
+        show_progress("search", hidden=json, counted="optimisations") as display,
     ):
         ranking = search_sequences(
             problem,
@@ -151,9 +151,7 @@ def sweep(
     points = math.prod(len(values) for values in axes.values())
     with (
         worker_options(workers, scheduler) as team,
-        show_progress(
-            f"optimisations of {format_count(points, 'point')}, with further starts", hidden=json, counted=True
-        ) as display,
+        show_progress(f"sweep of {format_count(points, 'point')}", hidden=json, counted="optimisations") as display,
     ):
         table = sweep_problem(
             problem,

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 TABLE, PAGE = ".nc", ".html"
 """Suffix of the file of a diagram, and of a page on which its gaits are played; all others are figures."""
 
+USUAL_WIDTH = 80
+"""Characters in a line of most terminals."""
+
 
 class TraceProgress:
     """Display of the branch that is followed.
@@ -97,31 +100,8 @@ class FailedTrace(Exception):
 
 def print_diagram(diagram: BranchDiagram, doublings: int = 0) -> None:
     """Print branches, and their special points in order; state that a requested branch of doubled period is missing."""
-    unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
-    branches = Table(box=box.SIMPLE, pad_edge=False, title="branches", title_justify="left")
-    degrees = [Text(f"{diagram.parameter} [deg]")] if diagram.unit == "rad" else []  # the unit of figures
-    parameter = Text(f"{diagram.parameter}{unit}")
-    titles: list[str | Text] = ["branch", "steps", "gaits", "stable", parameter, *degrees, "begins", "ends"]
-    for title in titles:
-        branches.add_column(title, no_wrap=title not in ("begins", "ends"))
-    for number, branch in enumerate(diagram.branches):
-        ends = branch.values[[0, -1]]
-        spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, *(np.rad2deg(ends) for _ in degrees))]
-        counts = (str(branch.steps), str(branch.values.size), str(int(branch.stable.sum())))
-        reasons = _name_begin(diagram, branch), _name_end(branch.end, branch.special[-1:])
-        branches.add_row(str(number), *counts, *spans, *reasons)
-    out.print(branches)
-    special = Table(box=box.SIMPLE, pad_edge=False, title="special points", title_justify="left")
-    columns: list[str | Text] = ["branch", "kind", parameter, *degrees, "stability", "before", "after"]
-    for column in columns:
-        special.add_column(column, no_wrap=column not in ("before", "after"))
-    for number, branch in enumerate(diagram.branches):
-        for point in branch.special:
-            before, after = name_sides(point.before, point.after)
-            after = "" if point.after == point.before else after
-            names = [Text(count_steps(name).replace("; ", ";\n")) for name in (before, after)]
-            values = [f"{point.value:.9f}", *(f"{math.degrees(point.value):.7f}" for _ in degrees)]
-            special.add_row(str(number), point.label, *values, branch.stability_change(point), *names)
+    out.print(_branch_table(diagram))
+    special = _special_table(diagram)
     if special.row_count:
         out.print(special)
     if diagram.curves:
@@ -168,6 +148,57 @@ def _exit_incomplete(failure: FailedTrace | None, path: Path | None) -> NoReturn
     sys.exit(INTERRUPTED)  # not typer.Exit, which an interrupt of any other command becomes
 
 
+def _branch_table(diagram: BranchDiagram) -> Table:
+    """Return the table of the branches."""
+    table = _make_table("branches")
+    parameters = _name_parameter(diagram)
+    titles = ["branch", "steps", "gaits\n(stable)", *parameters, "begins", "ends"]
+    for title in titles:
+        table.add_column(Text(title), no_wrap=title in titles[:3], overflow="fold")
+    for number, branch in enumerate(diagram.branches):
+        ends = branch.values[[0, -1]]
+        spans = ["{:.6g} to {:.6g}".format(*each) for each in (ends, np.rad2deg(ends))[: len(parameters)]]
+        counts = (str(branch.steps), f"{branch.values.size} ({int(branch.stable.sum())})")
+        reasons = _name_begin(diagram, branch), _name_end(branch.end, branch.special[-1:])
+        table.add_row(str(number), *counts, *spans, *reasons)
+    return table
+
+
+def _special_table(diagram: BranchDiagram) -> Table:
+    """Return the table of the special points."""
+    table = _make_table("special points")
+    parameters = _name_parameter(diagram)
+    for title in ("branch", "kind", *parameters, "stability", "contact sequence"):
+        table.add_column(Text(title), no_wrap=title in ("branch", *parameters), overflow="fold")
+    for number, branch in enumerate(diagram.branches):
+        for point in branch.special:
+            sides = name_sides(point.before, point.after)[: 1 + (point.after != point.before)]
+            names = [count_steps(name).replace("; ", ";\n") for name in sides]
+            values = [f"{point.value:.9f}", f"{math.degrees(point.value):.7f}"][: len(parameters)]
+            table.add_row(
+                str(number), point.label, *values, branch.stability_change(point), Text("\nthen ".join(names))
+            )
+    return table
+
+
+def _make_table(title: str) -> Table:
+    """Return an empty table that fits in a narrow terminal, where columns of text are folded and have no margins."""
+    padding = (0, 1 if _is_wide() else 0)
+    return Table(box=box.SIMPLE, pad_edge=False, padding=padding, title=title, title_justify="left")
+
+
+def _name_parameter(diagram: BranchDiagram) -> list[str]:
+    """Return the parameter with its unit and, for an angle, with the unit of figures if the terminal is wide enough."""
+    unit = "" if diagram.unit in ("", "1") else f" [{diagram.unit}]"
+    degrees = [f"{diagram.parameter} [deg]"] if diagram.unit == "rad" and _is_wide() else []
+    return [f"{diagram.parameter}{unit}", *degrees]
+
+
+def _is_wide() -> bool:
+    """Return whether the output is as wide as most terminals."""
+    return out.console.width >= USUAL_WIDTH
+
+
 def _name_begin(diagram: BranchDiagram, branch: GaitBranch) -> str:
     """Return where a branch begins, in the words for its end; a branch of doubled period names the one it leaves."""
     if branch.parent is not None:
@@ -184,9 +215,9 @@ def _name_end(reason: str, nearest: Sequence[SpecialPoint]) -> str:
 def _curve_table(diagram: BranchDiagram) -> Table:
     """Return the table of the curves of special points."""
     first, second = diagram.curves[0].parameters
-    table = Table(box=box.SIMPLE, pad_edge=False, title="curves of special points, SI units", title_justify="left")
+    table = _make_table("curves of special points, SI units")
     for column in ("kind", "points", first, second, "begins", "ends"):
-        table.add_column(column, no_wrap=column not in ("begins", "ends"))
+        table.add_column(column, no_wrap=column == "points", overflow="fold")
     for curve in diagram.curves:
         low, high = curve.values.min(axis=0), curve.values.max(axis=0)
         spans = [f"{one:.6g} to {other:.6g}" for one, other in zip(low, high, strict=True)]

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from gaitopt.continuation.optimal.optimal_branch import OptimalDiagram
+
 MARKERS: dict[str, Any] = {
     "fold": "o",
     "period doubling": "D",
@@ -156,7 +158,7 @@ def plot_branches(
         legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         extend_page(figure, legend, style.tallest)
         if style.titled:
-            upper.set_title(_title(diagram, style.width), loc="left", fontsize="medium")
+            upper.set_title(describe_diagram(diagram, style.width), loc="left", fontsize="medium")
     return figure
 
 
@@ -225,7 +227,7 @@ def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
         axes.set_title(text, loc="right", fontsize="medium")
 
 
-def _title(diagram: BranchDiagram, width: float) -> str:
+def describe_diagram(diagram: "BranchDiagram | OptimalDiagram", width: float) -> str:
     """Return the title: the robot, and slope and friction unless they are varied; below, what is not the default."""
     values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
     if "slope" in values and diagram.parameter != "slope":
@@ -237,7 +239,7 @@ def _title(diagram: BranchDiagram, width: float) -> str:
     return ", ".join(facts) + (f"\n{changes}" if changes else "")
 
 
-def _describe_changes(diagram: BranchDiagram, letters: int) -> str:
+def _describe_changes(diagram: "BranchDiagram | OptimalDiagram", letters: int) -> str:
     """Return the parameters of a robot of the catalogue that are not the defaults, in lines; their number if many."""
     try:
         robot = robot_named(diagram.robot)

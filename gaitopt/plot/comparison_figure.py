@@ -15,7 +15,7 @@ from gaitopt.motion.motion import Array
 from gaitopt.motion.motion_view import Channel, MotionView, PhaseView
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.view_motion import view_motion
-from gaitopt.plot.legends import NO_BREAK, add_page_legend
+from gaitopt.plot.legends import NO_BREAK, add_page_legend, wrap_text
 from gaitopt.plot.panels import join_segments, widen_constant
 from gaitopt.plot.style import NARROW, FigureStyle, angle_symbol, line_style
 from gaitopt.study.comparison import Comparison
@@ -30,7 +30,7 @@ TERMS = (
     ("friction_loss", "friction", "#E69F00", "///"),
     ("damping_loss", "dampers", "#6B9080", "xxx"),
     ("transition_loss", "transitions", "#56B4E9", "++"),
-    ("switched_springs", "\N{MINUS SIGN}switched springs", "#CC79A7", "oo"),
+    ("switched_springs", "\N{MINUS SIGN}switched springs", "#C9B458", "oo"),
     ("twice_braking", "2 \N{MULTIPLICATION SIGN} braking", "#9C86BF", "..."),
     ("gravity", "\N{MINUS SIGN}gravity", "0.8", "\\\\\\"),
 )
@@ -262,6 +262,12 @@ def _cost_terms(gait: AnyGait, *, per_distance: bool) -> dict[str, float]:
 
 
 def _wrap_label(label: str) -> str:
-    """Return a label on several lines, a contact sequence at its impact."""
-    lines = label.replace(" | ", "\n| ").replace(", ", ",\n").replace(" (", "\n(").splitlines()
-    return "\n".join(textwrap.fill(line, LABEL_LETTERS) for line in lines)
+    r"""Return a label on several lines, a contact sequence at its impact.
+
+    Examples
+    --------
+    >>> _wrap_label("slip+ stick | slip+"), _wrap_label("foot stick > flight | (hop)")
+    ('slip+ stick\n| slip+', 'foot stick >\nflight |\n(hop)')
+    """
+    lines = label.replace(" (", "\n(").replace(" | ", "\n| ").replace(", ", ",\n").splitlines()
+    return "\n".join(wrap_text(line, LABEL_LETTERS) for line in lines)

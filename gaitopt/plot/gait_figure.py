@@ -15,7 +15,7 @@ from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.gait_title import TITLE_LINES, describe_gait
 from gaitopt.plot.impulse_marks import widen_legend_space
-from gaitopt.plot.legends import add_page_legend, wrap_lines
+from gaitopt.plot.legends import add_inner_legend, add_page_legend, wrap_lines
 from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
@@ -42,9 +42,16 @@ title [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.74, 0.25
+EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.62, 0.25
 """Height of each panel beyond four; largest and least height of a panel of a column with a key above it that has the
 last height [inch]."""
+
+EDGES, KEY_SPACE, KEY_MARGIN = 0.85, 0.19, 0.05
+"""Width of the labels beside the panels of a column, height of a key of one line above a panel, and least height
+between a key in a panel and its lines [inch]."""
+
+LABELS = {"normal forces": "$f_n$ /\nweight", "force ratio": "force\nratio", "foot speed": "foot\nspeed\n[m/s]"}
+"""Labels of the panels of a column that has many of them; that of the force ratio is the same for fewer."""
 
 COLUMN_SPACE = 3.4
 """Height of the panels of a column up to which their height is the largest [inch]."""
@@ -172,11 +179,13 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
     warned = bool(warning)
     title = wrap_lines(title, int(TITLE_LETTERS * style.width))
     with rc_context(style.settings):
+        crowded = style.width < NARROW and view is not None and len(choose_rows(view)) > MOST_PANELS
         more = max(title.count("\n") + 1 - TITLE_LINES, 0) * LINE_HEIGHT
-        above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2
+        above = TITLE_HEIGHT + more if titled else TITLE_HEIGHT / 2 + KEY_SPACE * crowded
         box = WARNING_HEIGHT + max(warning.count("\n") + 1 - WARNING_LINES, 0) * LINE_HEIGHT if warned else 0.0
         height = min(_total_height(view, style) + box + above - TITLE_HEIGHT, style.tallest)
-        figure = Figure(figsize=(style.width, height), layout=ConstrainedLayoutEngine(hspace=0.05))
+        layout = ConstrainedLayoutEngine(hspace=0.02, h_pad=0.01) if crowded else ConstrainedLayoutEngine(hspace=0.05)
+        figure = Figure(figsize=(style.width, height), layout=layout)
         if titled:
             figure.suptitle(title, linespacing=1.4)
         grid = figure.add_gridspec(2 + warned, 1)
@@ -226,8 +235,9 @@ def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
 
 
 def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
-    """Draw the panels below one another, their keys above them; return the height that they need [inch]."""
+    """Draw the panels below one another, their keys above or in them; return the height that they need [inch]."""
     rows = choose_rows(view)
+    crowded = len(rows) > MOST_PANELS
     shares = _row_heights(rows, view)
     row_height = float(np.clip(COLUMN_SPACE / sum(shares), LEAST_ROW, NARROW_ROW))
     heights = [row_height * share for share in shares]
@@ -239,27 +249,45 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
         draw(axes, view)
         _finish(name, axes, view)
         # Panels are less high than labels are long.
-        axes.set_ylabel("force\nratio" if name == "force ratio" else _split_label(axes.get_ylabel()))
+        label = LABELS.get(name) if name == "force ratio" or crowded else None
+        axes.set_ylabel(label or _split_label(axes.get_ylabel()))
         if name == "force ratio":
             axes.locator_params(axis="y", nbins=FEW_TICKS, steps=TICK_STEPS)
         axes.tick_params(labelbottom=row == len(rows) - 1)
-        handles, labels = axes.get_legend_handles_labels()
-        if row == 0:
-            handles, labels = _add_slip_keys(handles, labels, view)
-        if handles:
-            place_above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
-            place_above |= widen_legend_space(axes)
-            spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
-            if name == "force ratio":  # a long key, whose diamond would reach the numbers of the axis
-                spacing |= {"handlelength": 1.4, "handletextpad": 0.5}
-            width = figure.get_figwidth()
-            key = add_page_legend(axes, handles, labels, columns=4, width=width, **place_above, **spacing)
-            heights[row] += max(key.get_window_extent().height / figure.dpi - NARROW_KEY, 0.0)
-    grid.set_height_ratios(heights)
     axes.set_xlabel("time [s]")
     panels.limit_time(axes, view)
+    size = figure.get_figwidth() - EDGES, row_height - NARROW_KEY - KEY_MARGIN
+    keys = [_draw_column_key(axes, view, size if crowded else None) for axes in panels_drawn]
+    needed = sum(heights) + sum(max(key - NARROW_KEY, 0.0) for key in keys)
     figure.align_ylabels(panels_drawn)
-    return sum(heights)
+    if not crowded:
+        return needed
+    lines = 2 * bool(keys[0]) - keys[1:].count(0.0)  # the key of slip phases, whose length is below the stick figures
+    return needed + KEY_SPACE * lines
+
+
+def _draw_column_key(axes: "Axes", view: MotionView, size: tuple[float, float] | None) -> float:
+    """Draw the key of a panel above it, or in one of a given width and height [inch] where it covers no line.
+
+    Return the height of the key above the panel [inch].
+    """
+    figure = axes.get_figure(root=True)
+    handles, labels = axes.get_legend_handles_labels()
+    name = axes.get_label()
+    if name == next(iter(choose_rows(view))):
+        handles, labels = _add_slip_keys(handles, labels, view)
+    if figure is None or not handles:
+        return 0.0
+    place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.94)}
+    beside = widen_legend_space(axes)
+    spacing = {"borderaxespad": 0.2, "columnspacing": 1.0}
+    if name == "force ratio":  # a long key, whose diamond would reach the numbers of the axis
+        spacing |= {"handlelength": 1.4, "handletextpad": 0.5}
+    elif size and not beside and name != "modes" and add_inner_legend(axes, handles, labels, size=size):
+        return 0.0
+    width = figure.get_figwidth()
+    key = add_page_legend(axes, handles, labels, columns=4, width=width, **place, **beside, **spacing)
+    return float(key.get_window_extent().height / figure.dpi)
 
 
 def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:

@@ -1,5 +1,8 @@
 """The title of the figure of a gait."""
 
+from collections.abc import Collection, Mapping
+from typing import Any
+
 import numpy as np
 
 from gaitopt.motion.gait_table import find_nominal_friction, judge_robust_plan, name_objective
@@ -38,17 +41,33 @@ def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
         facts.pop()
     texts = _describe_sequence(gait)
     second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
-    settings = "" if title else _list_settings(gait, letters)
+    settings = "" if title else list_settings(gait.problem.get("script"), letters)
     return f"{first}\n{second}\n{', '.join(facts)}{settings}"
 
 
-def _list_settings(gait: AnyGait, letters: int) -> str:
-    """Return a line with the parameters of the script that were set, so that gaits of different settings differ.
+def list_settings(script: Mapping[str, Any] | None, letters: int, stated: Collection[str] = ()) -> str:
+    r"""Return a further line with the parameters of a script that were set, so that results of other settings differ.
 
     Settings that do not fit are counted.
+
+    Parameters
+    ----------
+    script : mapping or None
+        Record of the script.
+    letters : int
+        Number of characters in a line.
+    stated : collection of str
+        Names that are stated elsewhere.
+
+    Examples
+    --------
+    >>> script = {"set": ["leg_mass", "speed"], "parameters": {"leg_mass": 5.0, "speed": 0.7}}
+    >>> list_settings(script, 40, {"speed"}), list_settings(None, 40)
+    ('\nset: leg mass 5', '')
     """
-    script = gait.problem.get("script") or {}
-    texts = [f"{name.replace('_', ' ')} {_setting_text(script['parameters'][name])}" for name in script.get("set", ())]
+    names = [name for name in (script or {}).get("set", ()) if name not in stated]
+    values = (script or {}).get("parameters", {})
+    texts = [f"{name.replace('_', ' ')} {_setting_text(values[name])}" for name in names]
     shown = list(texts)
     while shown and len(_state_settings(shown, len(texts))) > letters:
         shown.pop()

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 LETTERS_PER_INCH = 12
 """Letters in a line of a label per width of the page; longer labels are wrapped."""
@@ -22,6 +24,10 @@ PAGE_MARGIN = 0.2
 
 INCLUDED = 0.8
 """Height of a legend for which the height of a figure has space [inch]."""
+
+INNER_PLACES: tuple[Literal["upper right", "lower right", "upper center", "lower center"], ...]
+INNER_PLACES = ("upper right", "lower right", "upper center", "lower center")
+"""Places of a legend in a panel, the first ones preferred."""
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 MODES, LONGEST_NAME = {mode.value for mode in Mode}, 3
@@ -110,6 +116,40 @@ def add_page_legend(
             return legend
         legend.remove()
     return owner.legend(handles, wrapped, ncols=1, **placement)
+
+
+def add_inner_legend(
+    axes: "Axes", handles: Sequence["Artist"], labels: Sequence[str], *, size: tuple[float, float]
+) -> "Legend | None":
+    """Add a legend of one line where no line or area of a panel is; None if there is no such place.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        With all lines drawn, and its final limits.
+    handles, labels : sequences of equal length, at least one
+    size : (float, float) [inch]
+        Width and height of the panel.
+    """
+    from matplotlib.transforms import Bbox
+
+    legend = axes.legend(handles, labels, ncols=len(handles), borderaxespad=0.2, borderpad=0.2)
+    box, dots = legend.get_window_extent(), axes.figure.dpi
+    width, height = box.width / dots / size[0], box.height / dots / size[1]
+    axes.get_ylim()  # updates the limits
+    artists: list[Line2D | Patch] = [*axes.lines, *axes.patches]
+    drawn = [
+        ((each.get_transform() - axes.transAxes).transform_path(each.get_path()), each in axes.patches)
+        for each in artists
+    ]
+    for place in INNER_PLACES:
+        across = 1 - width if "right" in place else (1 - width) / 2 if "center" in place else 0.0
+        bounds = Bbox.from_bounds(across, 1 - height if "upper" in place else 0.0, width, height)
+        if not any(path.intersects_bbox(bounds, filled=filled) for path, filled in drawn):
+            legend.set_loc(place)
+            return legend
+    legend.remove()
+    return None
 
 
 def extend_page(figure: "Figure", legend: "Legend", tallest: float) -> None:

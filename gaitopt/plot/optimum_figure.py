@@ -11,7 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
-from gaitopt.plot.branch_figure import LARGEST_RADIUS, find_top, state_coincidence
+from gaitopt.plot.branch_figure import LARGEST_RADIUS, describe_diagram, find_top, state_coincidence
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -67,6 +67,8 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
     colors = {name: line_style(number)["color"] for number, name in enumerate(names)}
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
+        if style.titled:
+            upper.set_title(describe_diagram(diagram, style.width), loc="left", fontsize="medium")
         for branch in diagram.branches:
             _draw(upper, lower, branch, colors[branch.sequence], angular=angular)
         for border in diagram.borders:

@@ -9,6 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity, show_unit
+from gaitopt.plot.gait_title import list_settings
 from gaitopt.plot.legends import LETTERS_PER_INCH, NO_BREAK, add_page_legend, shorten_sequence, wrap_text
 from gaitopt.plot.region_map import EMPTY, AreaLook, draw_regions, empty_patch
 from gaitopt.plot.style import NARROW, FigureStyle, area_color, begin_at_zero, line_style
@@ -49,6 +50,11 @@ SAMPLE_LENGTH = 3.2
 COLOURS = "cividis"
 """Colour map of a quantity, which is the same for readers with and without colour vision."""
 
+RADIUS_COLOURS, RADIUS_SPREAD = "coolwarm", (0.05, 1.0)
+"""Colour map of spectral radii, blue for stable, grey at the limit (points without a gait are white) and red for
+unstable gaits, which readers without full colour vision
+distinguish too; least and largest distance of its ends from the stability limit."""
+
 MOST_SEQUENCES, MOST_ROWS = 6, 3
 """Number of sequences up to which those without a gait are named, and of rows of crosses up to which each has one."""
 
@@ -63,7 +69,7 @@ def plot_sweep(table: "xr.Dataset", *, quantity: str | None = None, style: Figur
     Over one parameter, each contact sequence is a line, the gaits of lowest minimised objective are large marks, and a
     cross at the bottom marks a point without a gait.  Over two parameters, maps show the quantity of the gait of lowest
     cost and its contact sequence.  Parameters with one value are left out.  In a figure of the spectral radius, a
-    dotted line marks the stability limit, 1.
+    dotted line marks the stability limit, 1; in a map, stable gaits are blue and unstable ones red.
 
     Parameters
     ----------
@@ -136,7 +142,7 @@ class _DrawnQuantity(NamedTuple):
 
 
 def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
-    """Return the robot of a sweep and what its gaits have in common, in at most three lines.
+    """Return the robot of a sweep and what its gaits have in common, in at most three lines and one of settings.
 
     The only contact sequence is stated over two parameters; over one parameter, it is in the legend.  The text is empty
     for an incomplete dataset.
@@ -147,12 +153,15 @@ def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
         return ""
     robot = str(problem.get("robot", "")).replace("_", " ")
     targets = "".join(f", {text}" for text in _list_targets(table, problem))
+    stated = {name for name in TARGETS if name.replace("_", NO_BREAK) in targets}
+    script = json.loads(table.attrs.get("script", "null"))
+    settings = list_settings(script, letters, {*stated, "sequence", *map(str, table.coords)})
     named = sum(table.sizes[name] > 1 for name in table.status.dims) == 1  # in the legend
     if not robot or named or table.sizes["sequence"] > 1:
-        return wrap_text(f"{robot}{targets}", letters)
+        return wrap_text(f"{robot}{targets}", letters) + settings
     sequences = shorten_sequence(str(table.sequence.values[0]))
     texts = [wrap_text(f"{robot}, {each}{targets}", letters) for each in sequences]
-    return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1])
+    return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1]) + settings
 
 
 def _list_targets(table: "xr.Dataset", problem: "Mapping[str, Any]") -> list[str]:
@@ -274,10 +283,11 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
     rows, count = (1 + several, 1) if narrow else (1, 1 + several)
     with style.figure(MAP_HEIGHT * rows + EDGES_HEIGHT) as figure:
         panels = figure.subplots(rows, count, sharex=True, sharey=True, squeeze=False).ravel()
-        low, high = _shown_range(chosen, float(np.nanmin(chosen)), float(np.nanmax(chosen)))
-        look: dict[str, Any] = {"cmap": COLOURS, "vmin": low, "vmax": high, "shading": "nearest", "rasterized": True}
-        mesh = panels[0].pcolormesh(across, upward, chosen.T, **look)
-        figure.colorbar(mesh, ax=panels[0], label=drawn.label, location="top")
+        look = _radius_look(chosen) if drawn.is_radius else _value_look(chosen)
+        mesh = panels[0].pcolormesh(across, upward, chosen.T, shading="nearest", rasterized=True, **look)
+        beyond = drawn.is_radius and np.nanmax(chosen) > mesh.norm.vmax
+        extent = "max" if beyond else "neither"
+        figure.colorbar(mesh, ax=panels[0], label=drawn.label, location="top", extend=extent)
         handles: list[Artist] = _draw_limit(panels[0], (across, upward), chosen) if drawn.is_radius else []
         if several:
             panels[1].set_title("contact sequence of lowest cost")
@@ -301,6 +311,20 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
     return figure
 
 
+def _value_look(values: Array) -> dict[str, Any]:
+    """Return the colours of the values of a map."""
+    low, high = _shown_range(values, float(np.nanmin(values)), float(np.nanmax(values)))
+    return {"cmap": COLOURS, "vmin": low, "vmax": high}
+
+
+def _radius_look(radii: Array) -> dict[str, Any]:
+    """Return the colours of a map of spectral radii, whose centre is the stability limit; radii above 2 have one."""
+    from matplotlib.colors import CenteredNorm
+
+    spread = float(np.clip(np.nanmax(np.abs(radii - 1)), *RADIUS_SPREAD))
+    return {"cmap": RADIUS_COLOURS, "norm": CenteredNorm(1, spread)}
+
+
 def _mark_cells(axes: "Axes", across: Array, upward: Array) -> None:
     """Place ticks at the centres of the cells of a map if there are few; others are between the computed points."""
     for axis, values in ((axes.xaxis, across), (axes.yaxis, upward)):
@@ -315,7 +339,6 @@ def _draw_limit(axes: "Axes", places: tuple[Array, Array], radii: Array) -> "lis
 
     if not np.nanmin(radii) < 1 < np.nanmax(radii):
         return []
-    look = LIMIT_LOOK | {"color": "black"}
-    for color, dashes, width in (("white", "-", 3.0), ("black", look["linestyle"], 1.2)):  # visible on all colours
-        axes.contour(*places, radii.T, levels=[1.0], colors=[color], linestyles=[dashes], linewidths=width)
+    look = LIMIT_LOOK | {"color": "black", "linewidth": 1.2}
+    axes.contour(*places, radii.T, levels=[1.0], colors="black", linestyles=[look["linestyle"]], linewidths=1.2)
     return [Line2D([], [], label=LIMIT_LABEL, **look)]

@@ -566,3 +566,20 @@ def test_the_loss_of_friction_has_no_unit_1(capsys):
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["friction", "patch", "0.05", "0.06", "coefficient", "of", "friction"] in lines
     assert ["torque", "noise", "0.5", "-", "N", "m"] in lines
+
+
+@pytest.mark.parametrize(
+    ("kind", "explained", "others"),
+    [
+        ("push", "A push is survived if the walker returns", ["other", "Slopes", "patch:", "noise:", "disturbance is"]),
+        ("uphill slope", "A disturbance is survived if the walker completes", ["A push", "patch:", "noise:"]),
+        ("friction patch", "Friction patch: decrease", ["A push", "Slopes", "noise:"]),
+        ("torque noise", "Torque noise: standard", ["A push", "Slopes", "patch:"]),
+    ],
+)
+def test_the_table_of_disturbances_explains_the_tested_kinds_only(capsys, kind, explained, others):
+    margins = [{"kind": kind, "survived": 0.05, "failed": 0.06, "unit": "1"}]
+    print_endurance({"law": "lqr", "radius": 0.5, "survived": margins}, {})
+    text = " ".join(capsys.readouterr().out.split())
+    assert explained in text
+    assert [other for other in others if other in text] == []

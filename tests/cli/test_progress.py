@@ -33,14 +33,14 @@ def error_stream(monkeypatch):
 def test_without_a_terminal_there_is_a_line_now_and_then(error_stream, monkeypatch):
     stream = error_stream(terminal=False)
     monkeypatch.setattr(progress_display, "PERIOD", 0.3)
-    with progress_display.show_progress("starts [s]", hidden=False, counted=True) as display:
+    with progress_display.show_progress("basin [s]", hidden=False, counted="starts") as display:
         for done in range(1, 41):
             display.count(done, 40)
             time.sleep(0.02)
     lines = stream.getvalue().splitlines()
     assert 1 <= len(lines) <= 4  # not one for each of the 40 counts
-    assert lines[0].startswith("starts [s] ")
-    assert "/40 (" in lines[0]
+    assert lines[0].startswith("basin [s] ")
+    assert "/40 starts (" in lines[0]
 
 
 def test_the_longest_time_between_lines_can_be_shorter(error_stream, monkeypatch):
@@ -62,10 +62,10 @@ def test_the_period_is_half_a_minute(error_stream):
 def test_the_first_line_is_earlier_than_the_period(error_stream, monkeypatch):
     stream = error_stream(terminal=False)
     monkeypatch.setattr(progress_display, "FIRST", 0.05)
-    with progress_display.show_progress("optimisations", hidden=False, counted=True) as display:
+    with progress_display.show_progress("sweep of 9 points", hidden=False, counted="optimisations") as display:
         display.count(6, 1000)
         time.sleep(0.3)
-    assert re.fullmatch(r"optimisations 6/1000 \(0 s\)", stream.getvalue().splitlines()[0])
+    assert re.fullmatch(r"sweep of 9 points 6/1000 optimisations \(0 s\)", stream.getvalue().splitlines()[0])
 
 
 def test_the_intervals_between_lines_grow(error_stream, monkeypatch):
@@ -80,13 +80,17 @@ def test_the_intervals_between_lines_grow(error_stream, monkeypatch):
 def test_the_tasks_under_way_are_shown_with_the_time(error_stream, monkeypatch, terminal):
     stream = error_stream(terminal)
     monkeypatch.setattr(progress_display, "FIRST", 0.1)
-    with progress_display.show_progress("optimisations", hidden=False, counted=True) as display:
+    with progress_display.show_progress("sweep of 9 points", hidden=False, counted="optimisations") as display:
         display.show_active(("friction 0.1", "friction 0.2 (replay)"))
         display.count(1, 9)
         time.sleep(0.4)
     text = stream.getvalue()
     assert "under way: friction 0.1; friction 0.2 (replay)" in text
-    assert ("0:00:00" in text) if terminal else text.startswith("optimisations 1/9 (0 s), under way: friction 0.1; ")
+    assert (
+        ("0:00:00" in text)
+        if terminal
+        else text.startswith("sweep of 9 points 1/9 optimisations (0 s), under way: friction 0.1; ")
+    )
     display.show_active(())
     assert display.active == ""
 
@@ -114,13 +118,13 @@ def test_hidden_progress_is_silent(error_stream, monkeypatch, hidden, quiet, ter
 
 def test_a_terminal_shows_no_count_before_the_total_is_known(error_stream):
     stream = error_stream(terminal=True)
-    with progress_display.show_progress("disturbances", hidden=False, counted=True) as display:
+    with progress_display.show_progress("push test", hidden=False, counted="kinds") as display:
         time.sleep(0.3)
-        assert "disturbances" in stream.getvalue()
+        assert "push test" in stream.getvalue()
         assert "0/1" not in stream.getvalue()
         display.count(2, 6)
         time.sleep(0.3)
-    assert "2/6" in stream.getvalue()
+    assert "2/6 kinds" in stream.getvalue()
 
 
 def test_tuning_shows_its_verification():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from gaitopt import load_diagram
 from gaitopt.cli.output import out
@@ -83,6 +84,32 @@ def test_a_table_over_an_angle_states_degrees_too(root):
     assert "slope [deg]" in branches
     assert f"{first:.6g} to {last:.6g}" in branches
     assert f"{math.degrees(first):.6g} to {math.degrees(last):.6g}" in branches
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_nothing_of_the_tables_is_cut_in_a_narrow_terminal(root, width, monkeypatch):
+    diagram = load_diagram(root / "docs/examples/compass_slope.nc")
+    change = replace(diagram.branches[0].special[0], before="slip+ stick slip- | slip+", after="slip+ stick | slip+")
+    branches = (replace(diagram.branches[0], special=(change,)), *diagram.branches[1:])
+    monkeypatch.setattr(out, "console", Console(width=width, markup=False))
+    with out.console.capture() as capture:
+        print_diagram(replace(diagram, branches=branches))
+    table = capture.get()
+    assert "\N{HORIZONTAL ELLIPSIS}" not in table
+    assert max(map(len, table.splitlines())) <= width
+    for word in (
+        "begins",
+        "ends",
+        "range",
+        "doubling",
+        "stability",
+        "sequence",
+        "then",
+        "slip-",
+        f"{change.value:.9f}",
+    ):
+        assert word in table.split()
+    assert ("[deg]" in table) is (width == 80)
 
 
 def test_a_branch_of_doubled_period_begins_at_the_doubling_of_another_one(root):

@@ -1,16 +1,25 @@
 """Pages: links lead somewhere, and what is made from the code is whole.  Code blocks are separate tests."""
 
 import ast
+import json
 import re
 import runpy
 import urllib.parse
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gaitopt
+from gaitopt import basin, rimless_wheel
 from gaitopt.cli.app import app
+from gaitopt.stability.recovery import Recovery
+from gaitopt.study import RobustnessMargins, RobustnessRecord, save_robustness
+from gaitopt.study.basins.branch_basin import VARIABLES
+from gaitopt.tuning.controller_family import FamilySettings
+from gaitopt.tuning.record import Trial, Tuning
+from gaitopt.tuning.tuning_file import save_tuning
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "docs" / "generated"
@@ -97,6 +106,57 @@ def test_messages_in_the_error_index_are_what_gaitopt_says():
         pattern = ".*".join(re.escape(part.strip()) for part in re.split(r"…", first) if part.strip(" .,:;()"))
         assert any(re.search(pattern, text, re.DOTALL) for text in known), message
     assert len(listed) > 8
+
+
+def list_keys(facts, skipped):
+    """Return all keys of nested data but those of mappings by the names of gains, actuators, laws or reasons."""
+    if isinstance(facts, list):
+        return set().union(*(list_keys(part, skipped) for part in facts))
+    if not isinstance(facts, dict):
+        return set()
+    named = {name for name, part in facts.items() if name in skipped and isinstance(part, dict)}
+    parts = [list(part.values()) if name in named else part for name, part in facts.items()]
+    return set(facts) | list_keys(parts, skipped)
+
+
+@pytest.mark.parametrize("kind", ["tuned gains", "push test", "basin", "basins of a branch"])
+def test_the_page_of_file_formats_describes_all_that_files_contain(kind, tmp_path):
+    recovery = Recovery(radius=0.1, starts=4, returned=3, steps=30, tolerance=1e-4, settling=(5, 9, 7))
+    path = tmp_path / "file.json"
+    if kind == "tuned gains":
+        tuned = Tuning(
+            family="joint_pd",
+            law=None,
+            gains={"stiffness": 30.0},
+            settings=FamilySettings(torque_limit={"ankle": 8.0}),
+            objective="spectral radius",
+            radius_before=0.7,
+            radius_after=0.5,
+            cycle=None,
+            fixed_point_shift=0.0,
+            evaluations=1,
+            verified=recovery,
+            trials=(Trial({"stiffness": 30.0}, 0.5),),
+            seconds=1.0,
+        )
+        names = list_keys(json.loads(save_tuning(tuned, path).read_text()), {"gains", "torque_limit"})
+    elif kind == "push test":
+        margins = (RobustnessMargins("push", 0.1, None, "rad/s"),)
+        limits = {"ankle": 6.0}
+        record = RobustnessRecord(
+            law="lqr", radius=0.4, steps=50, margins=margins, recoveries={"lqr": recovery}, torque_limits=limits
+        )
+        skipped = {"recoveries", "torque_limits", "failures", "ends"}
+        names = list_keys(json.loads(save_robustness(record, path).read_text()), skipped)
+    elif kind == "basin":
+        table = basin(rimless_wheel(), {"slope": 0.23}, {"theta_rate": np.linspace(0.1, 3, 3)})
+        names = {*table.data_vars, "coordinate"}
+    else:
+        names = VARIABLES | {"stable"}
+    text = (ROOT / "docs/file_format.md").read_text(encoding="utf-8")
+    described = set(re.findall(r"`(\w+)`", text.partition("## Basins")[2].partition("## Other formats")[0]))
+    assert names - described == set()
+    assert len(names) > 3
 
 
 def test_every_script_is_in_the_gallery(generated):

@@ -87,7 +87,19 @@ def test_a_comparison_does_not_magnify_errors_of_the_plan(slipping, rng):
 
 def test_panels_of_a_column_are_lower_if_there_are_many(hop_gait):
     assert len(choose_rows(view_motion(hop_gait.motion))) == 7
-    assert plot_gait(hop_gait, style=COLUMN).get_figheight() < 8.2
+    figure = plot_gait(hop_gait, style=COLUMN)
+    assert figure.get_figheight() <= 7.0
+    assert is_inside(figure)
+    check_texts(figure)
+    panels = [axes for axes in figure.axes if axes.get_ylabel()]
+    boxes = [axes.yaxis.label.get_window_extent() for axes in panels]
+    assert [upper.y0 > lower.y1 for upper, lower in pairwise(boxes)] == [True] * 5
+    inside = [axes for axes in panels if axes.get_legend().get_window_extent().y0 < axes.get_window_extent().y1 - 5]
+    assert {axes.get_label() for axes in inside} >= {"torques", "normal forces"}
+    for axes in inside:
+        key = axes.get_legend().get_window_extent()
+        paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+        assert not any(path.intersects_bbox(key, filled=False) for path in paths)
 
 
 @pytest.mark.parametrize("width", [3.5, 7.0])

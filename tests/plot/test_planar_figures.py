@@ -255,7 +255,7 @@ def same_color(one, other):
 def test_the_axis_of_normal_forces_has_space_above_the_largest(kneed):
     """The space is a share of the whole axis, so that the line of a nearly constant force is not at its end."""
     figure = plot_motion(kneed, style=FigureStyle(width=3.5, font_size=8, titled=False))
-    (axes,) = (axes for axes in figure.axes if axes.get_ylabel() == "$f_n$ / weight")
+    (axes,) = (axes for axes in figure.axes if axes.get_label() == "normal forces")
     low, high = axes.get_ylim()
     assert low == 0
     assert high > 1.04 * max(np.nanmax(line.get_ydata()) for line in axes.lines)

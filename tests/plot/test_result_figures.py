@@ -12,11 +12,13 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.text import Text
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
+from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
 from gaitopt.plot import (
     basin_figure,
     plot_basin,
+    plot_optima,
     plot_ranking,
     plot_result,
     plot_robustness,
@@ -265,6 +267,68 @@ def test_the_title_of_a_sweep_states_the_targets_that_are_not_axes_and_the_legen
     figure = plot_sweep(table.assign_attrs(question=json.dumps({"problem": problem})))
     assert title_of(figure) == "compass biped, friction 0.25, speed 0.6 m/s"
     assert figure.legends[0].get_texts()[0].get_text() == SEQUENCES[1]
+
+
+def test_the_title_of_a_sweep_states_the_parameters_of_the_script_that_were_set():
+    table = make_sweep(friction=np.linspace(0.1, 0.2, 4))
+    values = {"leg_mass": 5.0, "speed": 0.7, "friction": 0.2, "torque_limit": 8.0, "hip_mass": 2.0}
+    script = {"set": ["leg_mass", "speed", "friction", "torque_limit"], "parameters": values}
+    question = json.dumps({"problem": {"robot": "compass_biped", "speed": 0.7}})
+    table = table.assign_attrs(question=question, script=json.dumps(script))
+    lines = ["compass biped, speed 0.7 m/s", "set: leg mass 5, torque limit 8"]
+    assert title_of(plot_sweep(table)).splitlines() == lines
+    plane = make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2]).assign_attrs(table.attrs)
+    assert title_of(plot_sweep(plane)).splitlines() == lines
+
+
+def test_the_title_of_optima_states_robot_and_fixed_parameters_as_that_of_branches():
+    values, flags, counts = np.linspace(0.1, 0.2, 3), np.ones(3, dtype=bool), np.zeros(3, dtype=int)
+    branch = OptimalBranch(
+        sequence="stick | stick",
+        names=("th1",),
+        values=values,
+        costs=values,
+        cost_slopes=values,
+        cost_errors=values,
+        states=np.ones((3, 1)),
+        multipliers=np.full((3, 1), 0.5 + 0j),
+        replayed=flags,
+        passed=flags,
+        state_errors=values,
+        negative=counts,
+        dependent=counts,
+        strictness=values,
+        active=counts,
+        special=(),
+        end="range_end",
+    )
+    diagram = OptimalDiagram(
+        robot="compass_biped",
+        objective="torque_squared",
+        parameter="friction",
+        unit="1",
+        parameters={"slope": np.radians(2.0), "leg_mass": 5.0},
+        ends=(0.1, 0.2),
+        branches=(branch,),
+    )
+    assert plot_optima(diagram).axes[0].get_title(loc="left") == "compass biped, slope 2 deg\nleg mass 5 kg"
+    assert plot_optima(diagram, style=FigureStyle(titled=False)).axes[0].get_title(loc="left") == ""
+
+
+def test_the_centre_of_the_colours_of_a_map_of_spectral_radii_is_the_stability_limit():
+    table = make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[1])
+    for radii, ends, extent in (([0.5, 0.9, 1.2, 30.0], (0, 2), "max"), ([0.8, 0.9, 1.1, 1.2], (0.8, 1.2), "neither")):
+        table["spectral_radius"] = table.cost_of_transport.dims, np.broadcast_to(radii, table.status.shape)
+        table.spectral_radius.attrs["units"] = "1"
+        figure = plot_sweep(table, quantity="spectral_radius")
+        mesh = figure.axes[0].collections[0]
+        assert (mesh.norm.vmin, mesh.norm.vmax) == pytest.approx(ends)
+        assert float(mesh.norm(1.0)) == 0.5
+        assert mesh.colorbar.extend == extent
+        blue, grey, red = (mesh.to_rgba(value)[:3] for value in (ends[0], 1.0, ends[1]))
+        assert blue[2] > blue[0] + 0.3
+        assert red[0] > red[2] + 0.3
+        assert np.ptp(grey) < 0.02 < 0.1 < 1 - max(grey)  # points without a gait are white
 
 
 def test_axes_of_a_sweep_begin_at_zero_instead_of_a_margin_below_it():

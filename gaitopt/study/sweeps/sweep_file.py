@@ -176,6 +176,7 @@ def _single_support_dataset(findings: SweepResults) -> "xr.Dataset":
 
 def attributes_of(findings: SweepResults) -> dict[str, Any]:
     """Return the attributes of the table of a sweep."""
+    script = findings.grid.problem.describe().get("script")
     return {
         "title": f"{findings.grid.problem.name}: optimal gaits",
         "format": f"gaitopt {KIND}",
@@ -183,6 +184,7 @@ def attributes_of(findings: SweepResults) -> dict[str, Any]:
         "complete": int(findings.complete),
         "measures": ", ".join(findings.measures),
         "question": json.dumps(plain(findings.key)),
+        **({"script": json.dumps(plain(script))} if script else {}),
         "versions": json.dumps(versions()),
     }
 
