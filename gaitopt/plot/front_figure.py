@@ -1,5 +1,6 @@
 """The figure of a front: the cost over each other quantity, with the knee of the front."""
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -7,7 +8,10 @@ import numpy as np
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import label_quantity
+from gaitopt.plot.gait_title import list_settings
+from gaitopt.plot.legends import LETTERS_PER_INCH, NO_BREAK, wrap_text
 from gaitopt.plot.style import FigureStyle, begin_at_zero, line_style
+from gaitopt.plot.sweep_figure import TARGETS, list_targets
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,8 +68,24 @@ def plot_front(front: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             axes.plot(values[knee], cost[knee], "o", label="knee" if knee.any() else None, **ring)
             begin_at_zero(axes)
             axes.set_xlabel(label_quantity(name, front[name].attrs.get("units", "1")))
+        if style.titled and (title := _describe_front(front, int(LETTERS_PER_INCH * style.width))):
+            figure.suptitle(title, fontsize=style.font_size)
         panels[0].set_ylabel(label_quantity(front.attrs["objective"], front.cost.attrs.get("units", "1")))
         handles, labels = panels[0].get_legend_handles_labels()
         if handles:
             panels[0].legend(handles, labels, loc="best")
     return figure
+
+
+def _describe_front(front: "xr.Dataset", letters: int) -> str:
+    """Return robot, contact sequence and fixed targets of a front, and the parameters that were set."""
+    problem = json.loads(front.attrs.get("question", "{}")).get("problem", {})
+    robot = str(problem.get("robot", "")).replace("_", " ")
+    fixed = {name: value for name, value in problem.items() if name not in front.attrs["objectives"]}
+    targets = list_targets(front, fixed)
+    texts = [part for part in (robot, str(problem.get("sequence", "")), *targets) if part]
+    stated = {name for name in TARGETS if any(text.startswith(name.replace("_", NO_BREAK)) for text in targets)}
+    settings = list_settings(
+        json.loads(front.attrs.get("script", "null")), letters, {*stated, *front.attrs["objectives"], "sequence"}
+    )
+    return wrap_text(", ".join(texts), letters) + settings

@@ -152,7 +152,7 @@ def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
     except (KeyError, ValueError):
         return ""
     robot = str(problem.get("robot", "")).replace("_", " ")
-    targets = "".join(f", {text}" for text in _list_targets(table, problem))
+    targets = "".join(f", {text}" for text in list_targets(table, problem))
     stated = {name for name in TARGETS if name.replace("_", NO_BREAK) in targets}
     script = json.loads(table.attrs.get("script", "null"))
     settings = list_settings(script, letters, {*stated, "sequence", *map(str, table.coords)})
@@ -164,8 +164,15 @@ def _describe_sweep(table: "xr.Dataset", letters: int) -> str:
     return next((text for text in texts if text.count("\n") < MOST_LINES), texts[-1]) + settings
 
 
-def _list_targets(table: "xr.Dataset", problem: "Mapping[str, Any]") -> list[str]:
-    """Return slope, friction, speed and step length as texts, unless they are axes or have no single value."""
+def list_targets(table: "xr.Dataset", problem: "Mapping[str, Any]") -> list[str]:
+    """Return slope, friction, speed and step length as texts, unless they are axes or have no single value.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        A study, whose coordinates replace the values of its problem.
+    problem : mapping
+    """
     texts = []
     for name, unit in TARGETS.items():
         value: Any = table[name].values if name in table.coords else problem.get(name)

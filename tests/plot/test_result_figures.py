@@ -281,6 +281,18 @@ def test_the_title_of_a_sweep_states_the_parameters_of_the_script_that_were_set(
     assert title_of(plot_sweep(plane)).splitlines() == lines
 
 
+def test_the_title_of_a_front_states_its_robot_and_what_was_set():
+    problem = {"robot": "compass_biped", "sequence": "stick | stick", "friction": 0.25, "speed": 0.6}
+    script = {"set": ["leg_mass", "speed"], "parameters": {"leg_mass": 5.0, "speed": 0.6}}
+    front = make_front().assign_attrs(question=json.dumps({"problem": problem}), script=json.dumps(script))
+    lines = ["compass biped, stick | stick, friction 0.25, speed 0.6 m/s", "set: leg mass 5"]
+    assert plot_result(front).get_suptitle().splitlines() == lines
+    assert plot_result(front, style=FigureStyle(titled=False)).get_suptitle() == ""
+    assert plot_result(make_front()).get_suptitle() == ""
+    speeds = front.rename(peak_torque="speed").assign_attrs(objectives=["cost", "speed"])
+    assert "speed" not in plot_result(speeds).get_suptitle()
+
+
 def test_the_title_of_optima_states_robot_and_fixed_parameters_as_that_of_branches():
     values, flags, counts = np.linspace(0.1, 0.2, 3), np.ones(3, dtype=bool), np.zeros(3, dtype=int)
     branch = OptimalBranch(

@@ -1,12 +1,14 @@
 """Key of a study, as plain data: two runs with equal keys have equal results."""
 
 import hashlib
+import json
 from typing import Any
 
 import casadi as ca
 
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
+from gaitopt.motion.summary import plain
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 
@@ -27,6 +29,15 @@ def study_key(problem: GaitProblem | PlanarProblem, **study: Any) -> dict[str, A
         **study,
         "strategy": STRATEGY,
     }
+
+
+def record_script(problem: GaitProblem | PlanarProblem) -> dict[str, str]:
+    """Return the attribute of a dataset with the record of the script of a problem as JSON; none without a script.
+
+    It is not a part of the key: other names of a script or its parameters change no result.
+    """
+    script = problem.describe().get("script")
+    return {"script": json.dumps(plain(script))} if script else {}
 
 
 def _digest(robot: Robot | PlanarRobot) -> str:

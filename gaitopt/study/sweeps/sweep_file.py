@@ -29,6 +29,7 @@ from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
 from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.storage.study_key import record_script
 from gaitopt.study.sweeps.planar_sweep import planar_dataset
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
 from gaitopt.study.sweeps.sweep_measures import find_lowest_sequences
@@ -176,7 +177,6 @@ def _single_support_dataset(findings: SweepResults) -> "xr.Dataset":
 
 def attributes_of(findings: SweepResults) -> dict[str, Any]:
     """Return the attributes of the table of a sweep."""
-    script = findings.grid.problem.describe().get("script")
     return {
         "title": f"{findings.grid.problem.name}: optimal gaits",
         "format": f"gaitopt {KIND}",
@@ -184,7 +184,7 @@ def attributes_of(findings: SweepResults) -> dict[str, Any]:
         "complete": int(findings.complete),
         "measures": ", ".join(findings.measures),
         "question": json.dumps(plain(findings.key)),
-        **({"script": json.dumps(plain(script))} if script else {}),
+        **record_script(findings.grid.problem),
         "versions": json.dumps(versions()),
     }
 

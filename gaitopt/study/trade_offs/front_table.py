@@ -24,6 +24,7 @@ from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.study.storage.failure_reason import PENDING, UNFINISHED, explain_failure
 from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.storage.study_key import record_script
 from gaitopt.study.trade_offs.front_grid import FrontGrid, Index, point_name
 from gaitopt.study.trade_offs.quantity import Quantity, quantity_named
 
@@ -229,6 +230,7 @@ def _attributes(front: Front) -> dict[str, Any]:
         "format_version": VERSION,
         "complete": int(front.complete),
         "question": json.dumps(plain(front.key)),
+        **record_script(problem),
         "versions": json.dumps(versions()),
     }
 
