@@ -20,7 +20,7 @@ from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.slip_shading import name_enlargement, shade_slips, slip_handles
 from gaitopt.plot.stick_figures import INSTANTS, draw_stick_figures
-from gaitopt.plot.style import NARROW, WARNING, FigureStyle
+from gaitopt.plot.style import NARROW, WARNING, FigureStyle, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -271,7 +271,7 @@ def _draw_column_key(axes: "Axes", view: MotionView, size: tuple[float, float] |
 
     Return the height of the key above the panel [inch].
     """
-    figure = axes.get_figure(root=True)
+    figure = root_figure(axes)
     handles, labels = axes.get_legend_handles_labels()
     name = axes.get_label()
     if name == next(iter(choose_rows(view))):

@@ -86,7 +86,7 @@ def test_an_interrupted_search_reports_the_candidates_found_so_far(command, quic
     arguments = ("search", quick, "--max-phases", "1", "--starts", "1", "--workers", "1", "-o", "found")
     first = command(*arguments)
     assert first.status == 130
-    assert counted == ["optimisations 1/6 (0 of 3 sequences finished)"]
+    assert counted == ["search 1/6 optimisations (0 of 3 sequences finished)"]
     assert re.search(r"stick \| stick +pending +first solve: own \S+, neither replayed nor", first.out)
     assert "Incomplete. 1 optimisation (0 finished contact sequences) is kept in found. Run the same" in first.err
     monkeypatch.setattr("gaitopt.study.sequence_search.search.solve_sequence", raise_interrupt)
