@@ -52,8 +52,8 @@ COLOURS = "cividis"
 
 RADIUS_COLOURS, RADIUS_SPREAD = "coolwarm", (0.05, 1.0)
 """Colour map of spectral radii, blue for stable, grey at the limit (points without a gait are white) and red for
-unstable gaits, which readers without full colour vision
-distinguish too; least and largest distance of its ends from the stability limit."""
+unstable gaits, also distinguishable without full colour vision; least and largest distance of its ends from the
+stability limit."""
 
 MOST_SEQUENCES, MOST_ROWS = 6, 3
 """Number of sequences up to which those without a gait are named, and of rows of crosses up to which each has one."""

@@ -30,8 +30,7 @@ def advise_on_replay(gait: Gait, verification: Verification) -> str:
     >>> advise_on_replay(gait, gait.verification)
     ''
     """
-    is_wrong_robot = any("landing foot" in reason or "leg exchange" in reason for reason in verification.reasons)
-    if verification.passed or is_wrong_robot:  # which no setting of the problem remedies
+    if verification.passed:
         return ""
     cause = _find_grid_error(gait) or _find_changed_mode(gait, verification)
     if not cause and verification.stop == Stop.STEPS_DONE.key:

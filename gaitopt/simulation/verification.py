@@ -115,15 +115,18 @@ def verify(
 
         return verify_planar(gait, tolerances=tolerances)
     tolerances = tolerances or Tolerances()
-    verification = _compare(gait, replay(gait, engine=engine), tolerances)
+    rollout = replay(gait, engine=engine)
+    verification = _compare(gait, rollout, tolerances)
     if not verification.passed and engine is None:
-        verification = _compare(gait, replay(gait, engine=FINEST), tolerances)
+        rollout = replay(gait, engine=FINEST)
+        verification = _compare(gait, rollout, tolerances)
     is_advised = gait.verification is not None and not gait.verification.passed
     gait = gait.with_verification(verification)
     if verification.passed and not is_advised:
         return gait  # without the evaluation of its warnings
     others = [warning for warning in gait.solver.warnings if not warning.startswith(BEGINNING)]
-    advice = advise_on_replay(gait, verification)
+    is_wrong_robot = bool(_check_exchange(gait.robot, rollout.motion))  # which no setting of the problem remedies
+    advice = "" if is_wrong_robot else advise_on_replay(gait, verification)
     report = gait.solver.replace_fields(warnings=(*others, *filter(None, [advice])))
     return gait.replace_fields(solver=report)
 
