@@ -7,11 +7,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode, ScipyEngine, find_cycles, joint_pd, passive, replay, rimless_wheel
+from gaitopt import Mode, ScipyEngine, find_cycles, joint_pd, load, passive, replay, rimless_wheel
 from gaitopt.simulation.hybrid_automaton import Walker
+from gaitopt.stability import assess_planar
 from gaitopt.stability import cycle as cycle_module
 from gaitopt.stability.critical_friction import critical_friction
 from gaitopt.stability.return_map import Passage
+from gaitopt.study.planar_metrics import largest_foot_ratio
+from tests.conftest import ROOT
 from tests.stability.conftest import COMPASS
 
 
@@ -108,3 +111,12 @@ def test_the_critical_friction_of_a_gait_is_evaluated_when_it_is_read(monkeypatc
     assert not evaluated
     assert gait.critical_friction is gait.critical_friction is None
     assert len(evaluated) == 1
+
+
+def test_the_vanishing_forces_at_a_lift_off_are_left_out():
+    """Both forces of the foot that opens vanish there; the samples of the plan are an independent bound."""
+    gait = load(ROOT / "tests" / "problems" / "bounding_quadruped.h5")
+    critical = assess_planar(gait).critical_friction
+    largest = largest_foot_ratio(gait)
+    assert largest <= critical.friction <= 1.01 * largest
+    assert critical.friction < gait.motion.parameters["friction"]

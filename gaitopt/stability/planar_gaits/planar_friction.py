@@ -15,11 +15,16 @@ from gaitopt.simulation.planar_simulation.planar_state import PlanarArc
 from gaitopt.stability.critical_friction import CriticalFriction
 
 
+LEAST_LOAD = 1e-6
+"""Share of the weight below which a force counts as zero: at lift-off, rounding errors decide the ratio of forces."""
+
+
 def planar_critical_friction(automaton: PlanarAutomaton, rollout: PlanarRollout) -> CriticalFriction | None:
     """Return the critical friction of a motion, or None if a contact slips or none sticks.
 
     The ratio is that of a body: the tangential over the normal force of its sticking contacts together.  Its maximum is
-    found among the samples, and refined by integrating from the sample before it.
+    found among the samples, and refined by integrating from the sample before it.  Where both forces vanish, as at
+    lift-off, the ratio is left out.
 
     Parameters
     ----------
@@ -31,7 +36,8 @@ def planar_critical_friction(automaton: PlanarAutomaton, rollout: PlanarRollout)
     if Mode.STICK not in modes or any(mode.slips for mode in modes):
         return None
     sticking = [arc for arc in rollout.arcs if Mode.STICK in arc.start.modes]
-    ratio, time, y = max((_find_peak(automaton, arc) for arc in sticking), key=lambda peak: peak[0])
+    least = LEAST_LOAD * rollout.motion.total_mass * rollout.motion.parameters["gravity"]
+    ratio, time, y = max((_find_peak(automaton, arc, least) for arc in sticking), key=lambda peak: peak[0])
     impacts = [impact_ratios(event) for event in rollout.motion.events if event.is_impact]
     impact = max((abs(value) for ratios in impacts for value in ratios.values()), default=0.0)
     return CriticalFriction(ratio, time, y[: 2 * automaton.robot.n_q], impact)
@@ -48,10 +54,10 @@ def impact_ratios(event: PlanarEvent) -> dict[str, float]:
     return ratios
 
 
-def _find_peak(automaton: PlanarAutomaton, arc: PlanarArc) -> tuple[float, float, Array]:
+def _find_peak(automaton: PlanarAutomaton, arc: PlanarArc, least: float) -> tuple[float, float, Array]:
     """Return the largest force ratio of an arc, its time [s] and the state there."""
     phase = automaton.phase(arc.start)
-    ratios = [_ratio(phase, t, y) for t, y in zip(arc.time, arc.states.T, strict=True)]
+    ratios = [_ratio(phase, t, y, least) for t, y in zip(arc.time, arc.states.T, strict=True)]
     k, last, n = int(np.argmax(ratios)), arc.time.size - 1, 2 * automaton.robot.n_q
     before, after = max(k - 1, 0), min(k + 1, last)
     best = ratios[k], float(arc.time[k]), arc.states[:, k]
@@ -63,13 +69,17 @@ def _find_peak(automaton: PlanarAutomaton, arc: PlanarArc) -> tuple[float, float
         return phase.integrate(float(arc.time[before]), start, t)
 
     span = {"bounds": (arc.time[before], arc.time[after]), "method": "bounded", "options": {"xatol": 1e-12}}
-    t = float(minimize_scalar(lambda t: -_ratio(phase, t, state_at(t)), **span).x)
+    t = float(minimize_scalar(lambda t: -_ratio(phase, t, state_at(t), least), **span).x)
     y = state_at(t)
-    return max(best, (_ratio(phase, t, y), t, y), key=lambda peak: peak[0])
+    return max(best, (_ratio(phase, t, y, least), t, y), key=lambda peak: peak[0])
 
 
-def _ratio(phase: PlanarPhase, t: float, y: Array) -> float:
-    """Return the largest ratio of tangential to normal force of a sticking body; infinite without normal force."""
+def _ratio(phase: PlanarPhase, t: float, y: Array, least: float) -> float:
+    """Return the largest ratio of tangential to normal force of a sticking body.
+
+    It is 0 for a body both forces of which are at most `least` [N], and infinite if only its normal force vanishes.
+    """
     forces = phase.forces(t, y)
-    totals = [forces[list(members)].sum(axis=0) for members in phase.equations.sticking]
-    return max(abs(tangential) / normal if normal > 0 else math.inf for tangential, normal in totals)
+    totals = [forces[list(members)].sum(axis=0).tolist() for members in phase.equations.sticking]
+    loaded = [(abs(tangential), normal) for tangential, normal in totals if max(abs(tangential), normal) > least]
+    return max((tangential / normal if normal > 0 else math.inf for tangential, normal in loaded), default=0.0)
