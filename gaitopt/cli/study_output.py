@@ -1,5 +1,6 @@
 """Output of the commands on studies."""
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from rich.text import Text
 
 from gaitopt.cli.output import out
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.gait_table import name_objective
+from gaitopt.motion.gait_table import format_objective, name_objective
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
@@ -77,6 +78,7 @@ def print_comparison(comparison: Comparison) -> None:
     rows: list[tuple[str, list[str]]] = [
         ("sequence", [record["sequence"] for record in records]),
         ("status", [record["status"] for record in records]),
+        ("minimised", [_objective_text(record) for record in records]),
     ]
     for name, form, label in (
         ("friction", "g", "friction"),
@@ -101,6 +103,12 @@ def print_comparison(comparison: Comparison) -> None:
     for label, cells in rows:
         shown.add_row(label, *cells)
     out.print(shown)
+
+
+def _objective_text(record: dict[str, Any]) -> str:
+    """Return the minimised objective of a compared gait with its value."""
+    value = math.nan if record["objective_value"] is None else record["objective_value"]
+    return f"{name_objective(record['objective'])} {format_objective(value, record['objective_unit'])}"
 
 
 def _number(value: float | str | None, form: str) -> str:

@@ -306,6 +306,20 @@ def distinct_steps(sequence: str) -> str:
     return "; ".join(dict.fromkeys(sequence.split("; ")))
 
 
+_NO_GAIT = "no gait '", "' beyond"
+
+
+def name_missing_gait(sequence: str) -> str:
+    """Return what is beyond the end of a branch: no gait of a contact sequence.
+
+    Examples
+    --------
+    >>> omit_outcome(name_missing_gait("stick | slip+"))
+    "no gait 'stick | slip+' beyond"
+    """
+    return sequence.join(_NO_GAIT)
+
+
 def omit_outcome(sequence: str) -> str:
     """Return the contact sequences of steps as they are printed elsewhere.
 
@@ -317,6 +331,9 @@ def omit_outcome(sequence: str) -> str:
     >>> omit_outcome("heel a stick | toe a stick | heel b stick"), omit_outcome("stick | slip+")
     ('heel a stick | toe a stick |', 'stick | slip+')
     """
+    if sequence.startswith(_NO_GAIT[0]):
+        missing = sequence.removeprefix(_NO_GAIT[0]).removesuffix(_NO_GAIT[1])
+        return name_missing_gait(omit_outcome(missing))
     steps = [step.rpartition(" |") for step in sequence.split("; ")]
     return "; ".join(phases + bar + ("" if bar and " " in last.strip() else last) for phases, bar, last in steps)
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gaitopt.continuation.branch_diagram import name_missing_gait
 from gaitopt.continuation.location import Describe, describe_change, smooth_special_points, structure_brackets
 from gaitopt.continuation.map_family import MapSample
 from gaitopt.continuation.pseudo_arclength import CurvePoint, Stepper
@@ -260,7 +261,7 @@ class BranchFollower:
                     change = describe_change(self.stepper, point, beyond, self.name)
                     return replace(change, value=point.value, z=point.z, width=self._width(point)), beyond
                 kind = family.classify(point.sample, sample)
-                return self._end(point, kind, f"no gait '{self.name(sample.structure)}' beyond")
+                return self._end(point, kind, name_missing_gait(self.name(sample.structure)))
         end = self._end(point, STOP_KINDS.get(reason, SpecialKind.END), reason)
         return locate_roll_over(self.stepper, point, end) if end.kind is SpecialKind.ROLL_OVER else end
 

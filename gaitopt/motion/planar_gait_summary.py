@@ -119,6 +119,26 @@ def find_depths(gait: PlanarGait) -> dict[str, float]:
     return depths
 
 
+def find_support(gait: PlanarGait, contact: str) -> str:
+    """Return the closed contact of the same body where an open contact is deepest below the ground; empty without one.
+
+    Examples
+    --------
+    >>> find_support.__name__
+    'find_support'
+    """
+    entries, lowest, support = gait.motion.contact_entries, 0.0, ""
+    place = gait.motion.contacts.index(contact)
+    members = [i for i, entry in enumerate(entries) if entry.body == entries[place].body and i != place]
+    for segment in gait.motion.segments:
+        modes = [mode for _, mode in segment.state.modes]
+        gap = float(segment.kinematics.gap[place].min())
+        if modes[place] is Mode.FREE and gap < lowest:
+            closed = (gait.motion.contacts[i] for i in members if modes[i] is not Mode.FREE)
+            lowest, support = gap, next(closed, "")
+    return support
+
+
 def _phase_facts(motion: PlanarMotion, segment: PlanarSegment) -> dict[str, Any]:
     closed = [i for i, (_, mode) in enumerate(segment.state.modes) if mode is not Mode.FREE]
     return {

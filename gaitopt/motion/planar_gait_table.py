@@ -19,7 +19,7 @@ from gaitopt.motion.gait_table import (
 )
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.motion.planar_gait_summary import find_depths, find_slides, friction_margin
+from gaitopt.motion.planar_gait_summary import find_depths, find_slides, find_support, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
 from gaitopt.motion.printable import format_count
 from gaitopt.motion.stated_changes import find_closing
@@ -97,7 +97,9 @@ def _depths(gait: PlanarGait) -> Facts:
     facts = Facts()
     for name, depth in depths.items():
         deepest = armed.get(name)
-        text = f"{name} by up to {1e3 * max(depth, deepest.depth if deepest else 0.0):.3g} mm in swing"
+        text = f"{name} by up to {1e3 * max(depth, deepest.depth if deepest else 0.0):.3g} mm "
+        support = find_support(gait, name)
+        text += f"while {support} of the same body is on the ground" if support else "in swing"
         if deepest:
             text += f", and by up to {1e3 * deepest.depth:.3g} mm while it is armed"
             if not deepest.is_touchdown_from_below:
@@ -105,7 +107,7 @@ def _depths(gait: PlanarGait) -> Facts:
                 text += f"; it then rises to {rise} above the ground"
                 text += ", a height greater than this depth, so that its touchdown is valid" if deepest.lands else ""
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
-            text += ", while it is not armed"
+            text += ", and is not armed there" if support else ", while it is not armed"
         facts.append(("below ground", text))
     return facts
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from gaitopt import Collocation, Ipopt, Status
+from gaitopt import Collocation, InputError, Ipopt, Status
 from gaitopt.ocp import solve_planar
 from gaitopt.ocp.multicontact import planar_solver
 from tests.ocp.multicontact_examples import hop
@@ -63,3 +63,9 @@ def test_a_time_limit_is_that_of_all_starts(monkeypatch):
     problem = hop(intervals=(4, 4)).replace(transcription=Collocation(intervals=(4, 4), tolerance=math.inf))
     solve_planar(problem, starts=2, solver=Ipopt(time_limit=50.0))
     assert deadlines[0] == deadlines[1] < math.inf
+
+
+@pytest.mark.parametrize("intervals", [0, (0, 8), -3])
+def test_a_grid_without_intervals_is_refused(intervals):
+    with pytest.raises(InputError, match="intervals must be "):
+        hop(intervals=intervals)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt import Collocation, Margins, verify
+from gaitopt import Collocation, Margins, load, verify
 from gaitopt.errors import InputError
 from gaitopt.model import monopod, vertical_hopper
 from gaitopt.model.contacts.contact_state import ContactState
@@ -17,6 +17,7 @@ from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, simulate_planar, verify_planar
 from gaitopt.simulation.replay_difference import describe_differences, describe_first_difference
 from gaitopt.status import Status
+from tests.conftest import ROOT
 from tests.ocp.multicontact_examples import drag, hop, inchworm, roll_off, stride, walk
 
 COARSE = Collocation(intervals=10)
@@ -214,3 +215,16 @@ def test_the_former_names_of_the_release_of_a_latched_contact_are_no_difference(
     assert describe_first_difference(robot, planned, closed) is None
     other = replace(walked, events=(replace(first, names=("sole closes",)), *others))
     assert "'sole closes'" in describe_first_difference(robot, planned, other)
+
+
+def test_a_contact_that_sinks_beside_another_one_of_its_body_is_not_in_swing():
+    gait = load(ROOT / "docs" / "examples" / "heel_toe.h5")
+    *others, last = gait.motion.segments
+    heel, toe = (gait.motion.contacts.index(name) for name in ("heel a", "toe a"))
+    assert [last.state.modes[place][1] for place in (heel, toe)] == [Mode.FREE, Mode.STICK]
+    gap = last.kinematics.gap.copy()
+    gap[heel, 3] = -2e-3
+    sinking = last.replace_fields(kinematics=replace(last.kinematics, gap=gap))
+    motion = replace(gait.motion, segments=(*others, sinking))
+    rows = [text for name, text in tabulate_planar_gait(gait.replace_fields(motion=motion)) if name == "below ground"]
+    assert "heel a by up to 2 mm while toe a of the same body is on the ground, and is not armed there" in rows

@@ -103,6 +103,8 @@ def test_gaits_with_several_contacts_are_compared(hop_gait, slip_gait):
     assert total / view_motion(hop_gait.motion).weight == pytest.approx(record["cost_of_transport"])
     assert sum(terms.values()) == pytest.approx(total, rel=1e-4)
     assert set(record["peak_torque"]) == {"hip", "leg"}
+    assert (record["objective"], record["objective_unit"]) == ("hop_effort", "N^2 m^2 s")
+    assert record["objective_value"] == hop_gait.objective
     assert 0 < record["force_ratio"] <= hop_gait.motion.parameters["friction"]
     figure = plot_comparison(found)
     labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
@@ -118,6 +120,13 @@ def test_gaits_with_several_contacts_are_compared(hop_gait, slip_gait):
     assert [axes.get_ylabel() for axes in plot_comparison(mixed).axes][-3:] == [
         "force ratio", "foot speed\n[m/s]", "cost of transport"
     ]  # fmt: skip
+
+
+def test_the_table_names_what_was_minimised(hop_gait, slip_gait, capsys):
+    print_comparison(compare({"hop": hop_gait, "walk": slip_gait}))
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if line.strip().startswith("minimised")]
+    assert f"hop effort {hop_gait.objective:.6g} N" in row
+    assert f"cost of transport {slip_gait.solver.objective:.6g}" in row
 
 
 def test_switched_springs_are_a_term_of_the_cost(hop_gait):

@@ -49,8 +49,9 @@ class PlanarLimits:
         Least height of points of the robot, such as a knee.
     clearance : float [m or rad]
         Least gap of open contacts, decreasing to zero within a quarter of the phase towards lift-off and touchdown.
-        Contacts that swing through the ground, with a condition under which they close, have none.  With zero, a foot
-        may follow the ground, and the replay then has further touchdowns.
+        A contact with a condition under which it closes (`armed`) may swing through the ground: it has this clearance
+        in the first interval after its lift-off only.  With zero, a foot may follow the ground, and the replay then
+        has further touchdowns.
     impulse : float [N s]
         Least normal impulse of each contact that an impact leaves closed.  Optimal landings in double support have a
         trailing foot without impulse; a return map is not smooth there.

@@ -211,7 +211,8 @@ class PlanarProblem:
     @property
     def counts(self) -> tuple[int, ...]:
         """Intervals of each phase."""
-        intervals, phases = self.transcription.intervals or DEFAULT_INTERVALS, len(self.sequence.phases)
+        intervals, phases = self.transcription.intervals, len(self.sequence.phases)
+        intervals = DEFAULT_INTERVALS if intervals is None else intervals
         return tuple(intervals) if isinstance(intervals, tuple | list) else (intervals,) * phases
 
     @property

@@ -14,7 +14,6 @@ from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
 from gaitopt.simulation.planar_simulation.planar_state import PlanarArc
 from gaitopt.stability.critical_friction import CriticalFriction
 
-
 LEAST_LOAD = 1e-6
 """Share of the weight below which a force counts as zero: at lift-off, rounding errors decide the ratio of forces."""
 
