@@ -19,7 +19,7 @@ from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.quantity_labels import state_value
 from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, find_missing_arming, lower_arming_thresholds
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
+from gaitopt.ocp.multicontact.planar_relaxable import PlanarUnits, replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot, report_suspects, report_unmet_arming
 from gaitopt.ocp.multicontact.planar_solver import solve_from_guess
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -52,6 +52,9 @@ gait, restoration phases and refinements of a grid may take minutes."""
 STEEPEST = 0.35
 """Largest slope that is tried if it may have been stated in rad instead of deg [rad]."""
 
+STRONG = 5.0
+"""Limit of stronger actuators that are tried, relative to the typical size of a torque or force."""
+
 MOST_LIMITS = 3
 """Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
 
@@ -61,7 +64,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
 
     Each of the first conflicting limits that suffice alone is relaxed, the thresholds in `armed` are lowered if they
     are too high for touchdowns that are possible without them, and the problem is solved and replayed.  If no such gait
-    passes its replay, the same is done with the contacts of each foot exchanged and, uphill, with the opposite slope.
+    passes its replay, the same is done with stronger actuators, and otherwise with the contacts of each foot exchanged
+    and, uphill, with the opposite slope.
     If the plan is inaccurate because a contact touches down too early, a higher threshold and other speeds are tried.
 
     Parameters
@@ -103,7 +107,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
         warnings = [*lower, *(each for each in warnings if each not in wrong)]
     elif not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
-        if variants := tuple(_try_variants(problem, is_solved)):  # the sequence is then possible
+        stronger = tuple(_try_stronger_actuators(problem, solver, observer))
+        if variants := stronger or tuple(_try_variants(problem, is_solved)):  # the sequence is then possible
             warnings = [*variants, *(each for each in warnings if each not in suspects)]
         else:
             warnings += [each for each in suspects if each not in warnings]
@@ -171,6 +176,35 @@ def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> 
     return replace(conflict, verified=False)
 
 
+def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> Iterator[str]:
+    """Yield a sentence if a gait is verified with larger limits of the actuators, except of idle ones.
+
+    The actuators may be too weak together, or a motion on a coarse grid far from a gait may hide that they are.
+    """
+    actuators, units = problem.robot.actuators, PlanarUnits.of(problem)
+    limits = dict(zip(actuators, problem.limits.torques(actuators), strict=True))
+    strong = {
+        name: max(limit, STRONG * units.torque(unit)) if limit > 0 else limit
+        for (name, limit), unit in zip(limits.items(), problem.robot.actuator_units, strict=True)
+    }
+    if strong == limits:
+        return
+    patient = evolve(solver, max_iterations=2 * MOST_ITERATIONS)  # the first guess of torques is far from the optimum
+    gait = _solve_trial(problem.replace(limits=evolve(problem.limits, torque=strong)), patient, observer)
+    if gait is None:
+        return
+    peaks = dict(zip(actuators, abs(gait.motion.channel("torque")).max(axis=1), strict=True))
+    exceeded = [
+        f"{peaks[name]:.4g} {unit} at {name}"
+        for name, unit in zip(actuators, problem.robot.actuator_units, strict=True)
+        if peaks[name] > limits[name]
+    ]
+    yield (
+        "A verified gait was found with larger limits in PlanarLimits.torque and no other change; its largest values "
+        f"above the stated limits are {', '.join(exceeded)}."
+    )
+
+
 def _try_variants(problem: PlanarProblem, is_solved: Trial) -> Iterator[str]:
     """Yield a sentence for each other sequence or slope with which a gait is verified."""
     sequence = _exchange_contacts(problem)
@@ -211,11 +245,16 @@ def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
 
 
 def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> bool:
-    """Return whether a problem has a gait that passes its replay; a guess for another sequence is not accepted."""
+    """Return whether a problem has a gait that passes its replay."""
+    return _solve_trial(problem, solver, observer) is not None
+
+
+def _solve_trial(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> PlanarGait | None:
+    """Return a gait that passes its replay, or None; a guess for another sequence is not accepted."""
     try:
         gait = solve_from_guess(problem, solver, observer)
     except InputError:
-        return False
+        return None
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return gait.status.ok and verify_planar(gait).status.ok
+    return gait if gait.status.ok and verify_planar(gait).status.ok else None

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import pytest
 
@@ -14,7 +15,7 @@ from gaitopt.ocp.multicontact.arming_threshold import find_least_arming
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unmet_arming
 from gaitopt.ocp.nlp.ipopt import Ipopt
-from gaitopt.simulation import remedy_trials
+from gaitopt.simulation import remedy_trials, verify_planar
 from gaitopt.simulation.remedy_trials import try_remedies
 from gaitopt.study.storage.failure_reason import explain_failure
 from tests.walkers.heel_toe import LIGHT, heel_toe_step
@@ -178,6 +179,24 @@ def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
     assert "see the first warning" in describe_status(gait)
     assert "limits or" not in describe_status(gait)
     assert explain_failure(gait).endswith(remark)
+
+
+def test_actuators_that_are_too_weak_are_named_although_no_limit_is_known_to_suffice(uphill, failure):
+    """The conflicts of a far motion do not contain the torque limit, and the sequence is possible."""
+    weak = uphill.replace(slope=0.03, limits=PlanarLimits(torque=1.0))
+    gait = try_remedies(weak, fail(failure))
+    (advice,) = gait.solver.warnings
+    assert advice.startswith("A verified gait was found with larger limits in PlanarLimits.torque and no other change")
+    peak = float(re.search(r"above the stated limits are (\S+) N m at motor", advice)[1])
+    assert 1.0 < peak < 60.0
+    strong = verify_planar(solve_planar(weak.replace(limits=PlanarLimits(torque=1.01 * peak))))
+    assert strong.verification.passed
+
+
+def test_actuators_that_are_strong_are_not_tried(uphill):
+    assert not list(
+        remedy_trials._try_stronger_actuators(uphill.replace(limits=PlanarLimits(torque=1e3)), Ipopt(), None)
+    )
 
 
 @pytest.mark.parametrize(
