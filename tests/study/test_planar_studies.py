@@ -167,3 +167,14 @@ def test_enumeration_counts_rotations_and_mirror_images_once():
         enumerate_planar_sequences(kneed_walker(), 1)
     with pytest.raises(InputError, match="max_phases"):
         enumerate_planar_sequences(monopod(), 4)
+
+
+def test_too_many_sequences_are_refused_with_the_number_of_shorter_ones(monkeypatch):
+    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_enumeration.MOST_SEQUENCES", 5)
+    assert len(enumerate_planar_sequences(monopod(), 2)) == 3
+    message = "'monopod' has more than 5 contact sequences of at most 3 phases, but 3 of at most 2: use max_phases=2"
+    with pytest.raises(InputError, match=message):
+        enumerate_planar_sequences(monopod(), 3)
+    monkeypatch.setattr("gaitopt.ocp.multicontact.planar_enumeration.MOST_SEQUENCES", 1)
+    with pytest.raises(InputError, match=r"of at most 2 phases: name the sequences to solve in search\("):
+        enumerate_planar_sequences(monopod(), 3)

@@ -9,6 +9,10 @@ from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.motion.phase_sequence import Modes, PhaseEvent, PhaseSequence
 from gaitopt.ocp.transcription.method import check_count
 
+MOST_SEQUENCES = 2000
+"""Largest number of sequences: those of a walker with heels and toes of at most three phases are 48,922, whose
+enumeration takes minutes and whose solves would take weeks."""
+
 _FEET = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
 _GUIDED = (Mode.CLOSED, Mode.FREE)
 
@@ -29,7 +33,8 @@ def enumerate_planar_sequences(robot: PlanarRobot, phases: int) -> tuple[PhaseSe
     Raises
     ------
     InputError
-        If the robot has joint stops, or `phases` is not a whole number from 1 to 3.
+        If the robot has joint stops, `phases` is not a whole number from 1 to 3, or there are more than
+        `MOST_SEQUENCES` sequences.
 
     Examples
     --------
@@ -45,13 +50,26 @@ def enumerate_planar_sequences(robot: PlanarRobot, phases: int) -> tuple[PhaseSe
         )
     states, known, sequences = list(_states(robot)), set[tuple[Modes, ...]](), list[PhaseSequence]()
     for count in range(1, phases + 1):
+        shorter = len(sequences)
         for choice in itertools.product(states, repeat=count):
             sequence = _sequence_of(robot, choice)
             if sequence is None or known & (variants := set(_variants(robot, choice))):
                 continue
             known |= variants
             sequences.append(sequence)
+            if len(sequences) > MOST_SEQUENCES:
+                raise InputError(_describe_excess(robot, count, shorter))
     return tuple(sequences)
+
+
+def _describe_excess(robot: PlanarRobot, phases: int, shorter: int) -> str:
+    """Return that a robot has too many sequences of some number of phases, and how many shorter ones it has."""
+    text = f"Robot {robot.name!r} has more than {MOST_SEQUENCES} contact sequences of at most {phases} phases"
+    named = "name the sequences to solve in search(problem, sequences=[...])"
+    if not shorter:
+        return f"{text}: {named}."
+    fewer = f"use max_phases={phases - 1} (--max-phases {phases - 1})"
+    return f"{text}, but {shorter} of at most {phases - 1}: {fewer}, or {named}."
 
 
 def _states(robot: PlanarRobot) -> Iterator[Modes]:
