@@ -81,7 +81,8 @@ class SolverReport(LazyRecord):
         Conflicting limits, if the problem was found to be infeasible: each excludes all gaits near the starts.
     cost_error : float
         Estimated relative difference of the objective from its value on an infinitely fine grid; nan if there is no
-        coarser grid to compare with.
+        coarser grid to compare with.  For a robot with several contacts, the relative difference from the objective on
+        half or twice as many intervals; nan unless ``cost_tolerance`` is stated.
 
     Examples
     --------

@@ -113,9 +113,12 @@ def _depths(gait: PlanarGait) -> Facts:
 
 
 def _grid(gait: PlanarGait) -> Facts:
-    """Return the numbers of intervals of the phases, and the error of the plan between nodes."""
-    counts, error = gait.problem.get("intervals") or [], gait.solver.error_between_nodes
-    return [("grid", f"{' + '.join(map(str, counts))} intervals, error between nodes {error:.1e}")] if counts else []
+    """Return the numbers of intervals of the phases, and the errors of the plan and of its objective."""
+    counts, solver = gait.problem.get("intervals") or [], gait.solver
+    text = f"{' + '.join(map(str, counts))} intervals, error between nodes {solver.error_between_nodes:.1e}"
+    if math.isfinite(solver.cost_error):
+        text += f", objective within {100 * solver.cost_error:.1g} % of that on the grid compared with it"
+    return [("grid", text)] if counts else []
 
 
 def _phases(gait: PlanarGait) -> Facts:

@@ -1,5 +1,6 @@
 """Solution of a problem of a planar robot on one grid: its accuracy, and remarks on its replay."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from gaitopt.ocp.multicontact.planar_remarks import (
     REPLAYABLE,
     find_least_forces,
     find_worst_phase,
+    report_cost_of_grid,
     report_early_touchdowns,
     report_inaccuracy,
     report_magnification,
@@ -29,6 +31,7 @@ from gaitopt.ocp.multicontact.touchdown_from_below import find_highest_rows, fin
 from gaitopt.ocp.multicontact.undecided_rows import find_rows_beside
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.nlp_solver import NlpResult
+from gaitopt.ocp.solution.cost_error import NEGLIGIBLE
 from gaitopt.reductions import worst
 from gaitopt.status import Status
 
@@ -47,6 +50,10 @@ class GridResult:
         How the solve on a finer grid failed; empty otherwise.
     coarser_errors : (n_phases,) array or None
         Errors between nodes of the solution on the next coarser grid; None if there is none.
+    cost_error : float
+        Relative difference of the objective from that on a grid with half or twice the intervals; nan if none is known.
+    cost_ending : str
+        Why `cost_error` exceeds its tolerance; empty otherwise.
     """
 
     problem: PlanarProblem
@@ -55,6 +62,8 @@ class GridResult:
     outcome: NlpResult
     ending: str = ""
     coarser_errors: Array | None = None
+    cost_error: float = math.nan
+    cost_ending: str = ""
 
     @property
     def values(self) -> dict[str, float]:
@@ -150,6 +159,16 @@ class GridResult:
             self, outcome=outcome, ending=ending, coarser_errors=self.coarser_errors if errors is None else errors
         )
 
+    def compare_cost(self, other: "GridResult") -> "GridResult":
+        """Return the solution with the relative difference of its objective from that on another grid."""
+        cost, difference = self.outcome.objective, abs(self.outcome.objective - other.outcome.objective)
+        size = max(abs(cost), NEGLIGIBLE * self.problem.objective.typical)
+        return replace(self, cost_error=difference / size)
+
+    def mark_costly(self, ending: str) -> "GridResult":
+        """Return the solution with the reason why the error of its objective exceeds the tolerance."""
+        return replace(self, cost_ending=ending)
+
     def mark_interrupted(self, message: str) -> "GridResult":
         """Return the solution with the status of an interrupted solve, and the message of its last solve."""
         return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=message))
@@ -174,4 +193,6 @@ class GridResult:
             )
         elif self.fails_replay:
             remarks.append(report_magnification(self.error, self.replay_error))
+        if self.cost_ending:
+            remarks.append(report_cost_of_grid(self.problem, self.cost_error, self.cost_ending))
         return (*postures, *remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

@@ -79,7 +79,9 @@ class PlanarProblem:
         `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
     guess : PlanarGuess
     transcription : Collocation
-        `intervals` is the number of intervals of each phase; a single number counts for every phase.
+        `intervals` is the number of intervals of each phase; a single number counts for every phase.  If
+        `cost_tolerance` is stated, the intervals are doubled up to three times, until this changes the objective by at
+        most this share.
     equations : str
         ``"recursive"`` or ``"lifted"`` Newton-Euler equations.  In the lifted form accelerations and forces of the
         joints are unknowns, so that the number of nonzeros grows linearly with the number of links, if the coordinates
@@ -234,7 +236,7 @@ class PlanarProblem:
 
     def describe(self) -> dict[str, Any]:
         """Return the fully resolved problem as plain data (SI units)."""
-        robot, limits = self.robot, self.limits
+        robot, limits, tolerance = self.robot, self.limits, self.transcription.cost_tolerance
         return {
             "name": self.name,
             "robot": robot.name,
@@ -259,7 +261,7 @@ class PlanarProblem:
             "transcription": self.transcription.name,
             "intervals": list(self.counts),
             "equations": "lifted" if self.lifted else "recursive",
-        }
+        } | ({} if tolerance is None else {"cost_tolerance": tolerance})
 
     def _check_robot(self) -> None:
         robot = self.robot

@@ -112,6 +112,26 @@ def report_magnification(error: float, replay_error: float) -> str:
     )
 
 
+def report_cost_of_grid(problem: PlanarProblem, error: float, ending: str) -> str:
+    """Return a sentence on an objective that depends on the grid by more than `cost_tolerance`.
+
+    Parameters
+    ----------
+    problem : PlanarProblem
+    error : float
+        Relative difference of the objective from that on the grid compared with it; nan if there is none.
+    ending : str
+        Why no finer grid was solved.
+    """
+    amount = (
+        "is not compared with a finer grid" if math.isnan(error) else f"differs by {100 * error:.2g} % between grids"
+    )
+    return (
+        f"the objective on {sum(problem.counts)} intervals {amount} "
+        f"(cost_tolerance {100 * (problem.transcription.cost_tolerance or math.inf):g} %): {ending}."
+    )
+
+
 def find_worst_phase(transcription: PlanarTranscription, errors: Array) -> GridPhase:
     """Return the phase with the largest error between nodes, from the errors of all phases, shape (n_phases,)."""
     return transcription.phases[int(np.argmax(np.where(np.isnan(errors), np.inf, errors)))]

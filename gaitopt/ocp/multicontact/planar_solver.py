@@ -4,7 +4,6 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +28,7 @@ from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+from gaitopt.ocp.multicontact.planar_refinement import refine_plan
 from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
@@ -51,8 +51,6 @@ from gaitopt.progress import Observer, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
-MOST_FOR_REPLAY = 2
-"""Largest number of refinements of an accurate plan that is predicted to fail its replay."""
 SPREAD_OF_DURATIONS = 0.7
 """Standard deviation of the logarithm of a phase's duration in a further start."""
 
@@ -238,7 +236,7 @@ class _Start:
             self.raised[transcription] = nearby.find_raised_rows(transcription, bounds, clearance)
         result = self.solve(grid, point[0], is_near=True, multipliers=point[1], limit=MOST_NEARBY)
         if result.outcome.status.ok:
-            result = _finish(self, result, methods[1:])
+            result = refine_plan(self, result, methods[1:])
         if result.outcome.status.ok or result.outcome.status is Status.INTERRUPTED:
             return result
         self.raised.clear()  # they depend on a solution that is discarded
@@ -251,6 +249,12 @@ class _Start:
         repaired = repair_touchdowns(given, self._solve_with_bounds, from_below=from_below, in_stages=refined)
         self.raised[result.transcription] = repaired.rows
         return repaired.result
+
+    def solve_on_finer_grid(self, result: GridResult, method: Collocation, *, from_below: bool) -> GridResult:
+        """Return the solution on a finer grid near another one, without invalid touchdowns if possible."""
+        guess = FromPlanarGait(_report(result, self))
+        finer = self.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
+        return self.exclude_invalid_touchdowns(finer, from_below=from_below)
 
     def _solve_with_bounds(self, result: GridResult, rows: dict[int, float]) -> GridResult:
         """Return the solution near another one on its grid, with further bounds of its gaps.
@@ -285,22 +289,8 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
     if result is None:
         durations = _durations(problem, number)
         result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
-        result = _finish(start, result, list(list_refinements(problem))[1:])
+        result = refine_plan(start, result, list(list_refinements(problem))[1:])
     return _report(result, start)
-
-
-def _finish(start: _Start, result: GridResult, methods: Sequence[Collocation]) -> GridResult:
-    """Return the solution without invalid touchdowns that is accurate between its nodes, or one marked otherwise.
-
-    Touchdowns from below are excluded last: those of an inaccurate plan may not be those of the gait.
-    """
-    remaining = iter(methods)
-    for from_below in (False, True):
-        result = start.exclude_invalid_touchdowns(result, from_below=from_below)
-        result = _refine(start, result, remaining, from_below=from_below)
-    if result.has_invalid_touchdown:
-        return result.mark_inaccurate()
-    return _refine_for_replay(start, result, remaining)
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
@@ -329,48 +319,6 @@ def _durations(problem: PlanarProblem, number: int) -> Array | None:
     return np.maximum(durations, problem.limits.shortest_phase)
 
 
-def _refine(start: _Start, result: GridResult, methods: Iterator[Collocation], *, from_below: bool) -> GridResult:
-    """Return the solution with more points or intervals, until it is accurate between its nodes."""
-    tolerance, coarser = result.problem.transcription.tolerance, None
-    while result.outcome.status.ok and math.isfinite(tolerance) and not result.error <= tolerance:
-        method = next(methods, None)
-        if method is None:
-            return result.mark_inaccurate(coarser_errors=coarser)
-        finer = _solve_on_finer_grid(start, result, method, from_below=from_below)
-        if finer.outcome.status is Status.INTERRUPTED:
-            return result.mark_interrupted(finer.outcome.message)
-        if not finer.outcome.status.ok:
-            return result.mark_inaccurate(f"{finer.outcome.status.key} on {sum(finer.problem.counts)} intervals")
-        result, coarser = finer, result.errors
-    return result
-
-
-def _refine_for_replay(start: _Start, result: GridResult, methods: Iterator[Collocation]) -> GridResult:
-    """Return the solution with more points or intervals if the given one is predicted to fail its replay.
-
-    A solution on a finer grid that is not accurate, or not predicted to be closer to its replay, is discarded.
-    """
-    for _ in range(MOST_FOR_REPLAY):
-        method = next(methods, None) if result.outcome.status.ok and result.fails_replay else None
-        if method is None:
-            break
-        finer = _solve_on_finer_grid(start, result, method, from_below=True)
-        if finer.outcome.status is Status.INTERRUPTED:
-            return result.mark_interrupted(finer.outcome.message)
-        accurate = finer.error <= finer.problem.transcription.tolerance and not finer.has_invalid_touchdown
-        if not (accurate and finer.replay_error < result.replay_error):
-            break
-        result = finer
-    return result
-
-
-def _solve_on_finer_grid(start: _Start, result: GridResult, method: Collocation, *, from_below: bool) -> GridResult:
-    """Return the solution on a finer grid near another one, without invalid touchdowns if possible."""
-    guess = FromPlanarGait(_report(result, start))
-    finer = start.solve(result.problem.replace(transcription=method, guess=guess), is_near=True)
-    return start.exclude_invalid_touchdowns(finer, from_below=from_below)
-
-
 def _report(result: GridResult, start: _Start) -> PlanarGait:
     """Return the gait of a solution."""
     problem, transcription, outcome = result.problem, result.transcription, result.outcome
@@ -387,6 +335,7 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             objective=outcome.objective,
             constraint_violation=unmet[0].size if unmet else 0.0,
             error_between_nodes=Deferred(lambda: result.error),
+            cost_error=result.cost_error,
             build_seconds=start.build_seconds,
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,

@@ -35,7 +35,7 @@ ACTIVE = 1e-6
 SAME_GAP = 1e-7
 """Difference from the bound after an early touchdown below which a gap has this bound [m]."""
 
-_GRID_AND_GUESS = ("guess", "script", "intervals", "transcription", "objective_unit")
+_GRID_AND_GUESS = ("guess", "script", "intervals", "transcription", "cost_tolerance", "objective_unit")
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,9 @@ from gaitopt.dataclass import dataclass
 LEAST_RATIO = 1.5
 """Least ratio of the variations of two grids from which the factor is determined."""
 
+NEGLIGIBLE = 1e-6
+"""Share of a typical objective below which its error is relative to this share."""
+
 
 @dataclass(frozen=True)
 class GridCost:

@@ -5,7 +5,7 @@ import math
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import transcribe_problem
 from gaitopt.ocp.initial.solution_transfer import solution_of
-from gaitopt.ocp.solution.cost_error import GridCost, estimate_factor
+from gaitopt.ocp.solution.cost_error import NEGLIGIBLE, GridCost, estimate_factor
 from gaitopt.ocp.solution.grid_solve import BARRIER_SAME_PROBLEM, STOPPED_EARLY, GridSolution, SingleStart
 from gaitopt.ocp.solution.node_placement import allot_intervals, distribute_nodes, find_ramps
 from gaitopt.ocp.transcription.guard_constraints import transfer_schedule
@@ -15,9 +15,6 @@ from gaitopt.status import Status
 
 GROWTH = (1, 1.6, 2.5)
 """Total number of intervals of each refinement, relative to the first grid."""
-
-NEGLIGIBLE = 1e-6
-"""Share of a typical objective below which its error is relative to this share."""
 
 
 def choose_default_grid(start: SingleStart, method: Method, solution: Solution) -> Method:
