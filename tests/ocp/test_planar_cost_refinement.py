@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gaitopt import Collocation, Status, load, save, solve
+from gaitopt import Collocation, InputError, Status, load, save, solve
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, PlanarProblem
@@ -61,6 +61,11 @@ def test_a_finer_grid_has_a_lower_objective_near_that_on_many_intervals(plain, r
 def test_the_stated_grid_is_kept_without_a_tolerance_of_the_objective(plain):
     assert plain.problem["intervals"] == [INTERVALS]
     assert "cost_tolerance" not in plain.problem
+
+
+def test_unequal_intervals_are_refused():
+    with pytest.raises(InputError, match="phases have equal intervals"):
+        make_problem().replace(transcription=Collocation(intervals=2, fractions=((0.0, 0.3, 1.0),)))
 
 
 def test_a_tolerance_that_no_grid_meets_is_stated(monkeypatch):

@@ -76,12 +76,13 @@ class PlanarProblem:
         Impulses of actuators just before or just after impacts, such as a push-off, which are unknowns.  Objectives of
         work count theirs, those of torques do not.
     margins : Margins
-        `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].
+        `touchdown_rate` is the least approach speed of a closing contact [m/s or rad/s].  `sliding_inertia` has no
+        effect: the replay reports Painleve's paradox.
     guess : PlanarGuess
     transcription : Collocation
         `intervals` is the number of intervals of each phase; a single number counts for every phase.  If
         `cost_tolerance` is stated, the intervals are doubled up to three times, until this changes the objective by at
-        most this share.
+        most this share; `fractions` must be None.
     equations : str
         ``"recursive"`` or ``"lifted"`` Newton-Euler equations.  In the lifted form accelerations and forces of the
         joints are unknowns, so that the number of nonzeros grows linearly with the number of links, if the coordinates
@@ -294,6 +295,11 @@ class PlanarProblem:
             )
         for count in self.counts:
             check_count("intervals", count, 2, 2000)
+        if self.transcription.fractions is not None:
+            raise InputError(
+                "Collocation.fractions must be None for a robot with several contacts: its phases have equal intervals. "
+                "Use more intervals."
+            )
 
     def _check_targets(self) -> None:
         targets = (self.speed, self.step_length)
