@@ -297,7 +297,7 @@ class PlanarProblem:
             check_count("intervals", count, 2, 2000)
         if self.transcription.fractions is not None:
             raise InputError(
-                "Collocation.fractions must be None for a robot with several contacts: its phases have equal intervals. "
+                "Collocation.fractions must be None for several contacts, whose phases have equal intervals. "
                 "Use more intervals."
             )
 
