@@ -56,7 +56,7 @@ def law_for(
     from gaitopt.cli.script_law import make_family_law
 
     design, tuned = design_for(gait, robot, name, torque_limit, stance_angle), dict[str, float]()
-    if _is_file(name):
+    if is_file_of_gains(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned.update(load_tuning(name).gains)
@@ -83,7 +83,7 @@ def law_title(name: str, stance_angle: bool) -> str:
     >>> law_title("computed-torque", stance_angle=True)
     'computed_torque by stance angle'
     """
-    if _is_file(name):
+    if is_file_of_gains(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned = load_tuning(name)
@@ -110,7 +110,7 @@ def describe_law(name: str, stance_angle: bool, gains: Mapping[str, float] | Non
     return f"{title}, {format_gains(title.split()[0], gains)}" if gains and len(gains) <= FEW_GAINS else title
 
 
-def _is_file(name: str) -> bool:
+def is_file_of_gains(name: str) -> bool:
     """Return whether a law is a file of tuned gains."""
     return Path(name).suffix == ".json"
 
@@ -124,20 +124,24 @@ def design_for(
 
     require_function_name(name)
     limit: float | Mapping[str, float]
-    if _is_file(name):
+    starts: Mapping[str, float] = {}
+    if is_file_of_gains(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
         require_known_law(name, tuned)
-        name, stance_angle = tuned.family, stance_angle or tuned.settings.stance_angle
+        name, starts = tuned.family, tuned.gains
+        stance_angle = stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
     if source := split_script_law(name):
         design = custom_design(*source, robot, gait.motion, limit)
     else:
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)
-    return design.by_stance_angle(robot, gait.motion) if stance_angle else design
+    if stance_angle:
+        design = design.by_stance_angle(robot, gait.motion)
+    return design.with_starts(starts)
 
 
 def require_known_law(file: str, tuned: "TunedGains") -> None:

@@ -249,7 +249,7 @@ TunableLaw = Annotated[
         "--law",
         metavar="NAME|FILE",
         help=f"Feedback law: {', '.join(LAWS)}; SCRIPT.py:FUNCTION for a custom law; or a file of tuned gains "
-        "(tune -o).",
+        "(tune -o), at whose gains the search starts.",
     ),
 ]
 GainsOutput = Annotated[

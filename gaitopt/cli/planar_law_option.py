@@ -1,5 +1,6 @@
 """The control law of a command on a robot with several contacts."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,7 +63,7 @@ class PlanarLawOption:
 
         require_function_name(self.name)
         if split_script_law(self.name):
-            law: PlanarLaw = make_family_law(self._time_family(gait), {}, self.gains)
+            law: PlanarLaw = make_family_law(self._family_of_time(gait), {}, self.gains)
             return law
         name = self.name.strip().replace("-", "_").replace(" ", "_")
         name = SYNONYMS.get(name, name)
@@ -73,7 +74,7 @@ class PlanarLawOption:
             )
         limit = float("inf") if self.torque_limit is None else self.torque_limit
         if name == "joint_pd":
-            values = {gain.name: gain.start for gain in self._time_family(gait).gains}
+            values = {gain.name: gain.start for gain in self._family_of_time(gait).gains}
             return planar_joint_pd(gait, torque_limit=limit).with_gains(values | read_numbers(self.gains, "--gain"))
         if self.gains or (self.torque_limit is not None and name != "lqr"):
             limits = "" if name == "lqr" else " and no torque limit"
@@ -90,19 +91,23 @@ class PlanarLawOption:
         InputError
             If there is no such family for a robot with several contacts.
         """
-        family = self._time_family(gait)
-        return family.by_stance_angle(gait.robot, gait) if self.stance_angle else family
+        from gaitopt.cli.law_option import is_file_of_gains, require_known_law
+        from gaitopt.tuning.tuning_file import load_tuning
 
-    def _time_family(self, gait: "PlanarGait") -> "ControllerFamily":
-        """Return the controller family of laws of the time since the section."""
-        from gaitopt.cli.script_law import custom_design, require_function_name
-        from gaitopt.tuning.controller_family import controller_family_named
-
-        require_function_name(self.name)
         limit = float("inf") if self.torque_limit is None else self.torque_limit
-        if source := split_script_law(self.name):
-            return custom_design(*source, gait.robot, gait, limit)
-        return controller_family_named(self.name, gait.robot, gait, torque_limit=limit)
+        if not is_file_of_gains(self.name):
+            return _family_named(self.name, gait, limit, stance_angle=self.stance_angle)
+        tuned = load_tuning(self.name)
+        require_known_law(self.name, tuned)
+        saved = tuned.settings
+        limits = saved.torque_limit if self.torque_limit is None else limit
+        by_stance_angle = self.stance_angle or saved.stance_angle
+        family = _family_named(tuned.family, gait, limits, stance_angle=by_stance_angle)
+        return family.with_starts(tuned.gains)
+
+    def _family_of_time(self, gait: "PlanarGait") -> "ControllerFamily":
+        """Return the controller family of laws of the time since the section."""
+        return replace(self, stance_angle=False).family(gait)
 
     def _tuned_law(self, gait: "PlanarGait") -> "PlanarLaw":
         """Return the law of a file of tuned gains; options of the command replace its gains and its torque limit."""
@@ -127,3 +132,19 @@ class PlanarLawOption:
         settings = replace(settings, stance_angle=self.stance_angle or tuned.settings.stance_angle)
         law: PlanarLaw = replace(tuned, gains={**tuned.gains, **changes}, settings=settings).law(gait.robot, gait)
         return law
+
+
+def _family_named(
+    name: str, gait: "PlanarGait", torque_limit: float | Mapping[str, float], *, stance_angle: bool
+) -> "ControllerFamily":
+    """Return the controller family of a name or of a function of a script."""
+    from gaitopt.cli.script_law import custom_design, require_function_name
+    from gaitopt.tuning.controller_family import controller_family_named
+
+    require_function_name(name)
+    source = split_script_law(name)
+    if source:
+        family: ControllerFamily = custom_design(*source, gait.robot, gait, torque_limit)
+    else:
+        family = controller_family_named(name, gait.robot, gait, torque_limit=torque_limit)
+    return family.by_stance_angle(gait.robot, gait) if stance_angle else family

@@ -95,6 +95,12 @@ def write_c(
     return path
 
 
+_UNUSED_PARAMETERS = """/* Generated functions have all parameters of their interface, also those without use. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif"""
+
+
 @dataclass(frozen=True)
 class _Code:
     """Content of the files: Functions, declarations and definitions of the controller, and its descriptions."""
@@ -144,6 +150,7 @@ def _source(prefix: str, code: _Code, values: Array) -> str:
     parts = [
         f"/* Written by gaitopt {__version__}. */",
         f'#include "{prefix}.h"',
+        _UNUSED_PARAMETERS,
         generator.dump(),
         f"const double {prefix}_parameters[{values.size}] = {initialiser(values)};",
         *(_call(prefix, function) for function in code.functions),

@@ -108,6 +108,23 @@ class ControllerFamily:
         settings = replace(self.settings, fixed={**self.settings.fixed, **fixed})
         return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
 
+    def with_starts(self, values: Mapping[str, float]) -> "ControllerFamily":
+        """Return the family whose search begins at other gains; bounds are widened to contain them.
+
+        Examples
+        --------
+        >>> from gaitopt import compass_biped, push_off
+        >>> family = ControllerFamily.from_law(push_off(compass_biped(), torque=-2.0, duration=0.1))
+        >>> family.with_starts({"torque": -7.0}).gains[0].lower
+        -7.0
+        """
+        gains = tuple(
+            replace(gain, start=value, lower=min(gain.lower, value), upper=max(gain.upper, value))
+            for gain in self.gains
+            for value in [values.get(gain.name, gain.start)]
+        )
+        return replace(self, gains=gains)
+
     def with_torque_limit(self, robot: Robot | PlanarRobot, limit: TorqueLimit) -> "ControllerFamily":
         """Return the family of the same laws with torque limits [N m]; laws that state their limits keep them.
 

@@ -20,7 +20,7 @@ from gaitopt.cli.law_option import design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
-from gaitopt.tuning.controller_family import law_name
+from gaitopt.tuning.controller_family import controller_family_named, law_name
 from gaitopt.tuning.gain_search import GainSearch
 from gaitopt.tuning.record import Tuning
 from gaitopt.tuning.tuning_objective import SpectralRadius
@@ -90,6 +90,18 @@ def test_tune_prints_what_was_found(capsys):
     numbers = {"starts", "returned", "push_radius", "steps", "tolerance"}
     assert set(facts["verified"]) == numbers | {"failure", "failures", "ends", "interrupted"}
     assert facts["verified"]["steps"] == 30
+
+
+def test_a_search_begins_with_the_gains_of_a_file(tmp_path):
+    gait, robot = load(GAIT), compass_biped()
+    family = controller_family_named("joint_pd", robot, gait.motion, torque_limit=8)
+    values = {"ankle_stiffness": 1000.0, "hip_stiffness": 20.0, "ankle_damping": 9.0, "hip_damping": 3.0}
+    options = GainSearchOptions(starts=1, evaluations=1, samples=0)
+    stated = tune_feedback(gait, family.with_starts(values), search=options)
+    save_tuning(stated, tmp_path / "gains.json")
+    starts = {gain.name: gain.start for gain in design_for(gait, robot, str(tmp_path / "gains.json"), 8, False).gains}
+    assert starts == load_tuning(tmp_path / "gains.json").gains
+    assert family.with_starts(values).gains[0].upper == 1000.0 > family.gains[0].upper
 
 
 def test_a_gait_that_cannot_be_held_is_reported(capsys):

@@ -20,7 +20,7 @@ def build(robot, law, parameters, folder, name):
     """Return the compiled library of a robot and a law, without one warning of the compiler."""
     source = write_c(robot, law, parameters, folder / f"{name}.c")
     library = folder / f"{name}.so"
-    flags = ["-std=c99", "-O1", "-Wall", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
+    flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
     subprocess.run([CC, *flags, str(source), "-o", str(library), "-lm"], check=True, capture_output=True, text=True)
     return ctypes.CDLL(str(library))
 
@@ -234,7 +234,7 @@ def test_the_header_serves_cpp(tmp_path, compass, slip_gait):
     compiler = shutil.which("c++") or shutil.which("g++")
     if compiler is None:
         pytest.skip("needs a C++ compiler")
-    subprocess.run([compiler, "-fsyntax-only", "-Wall", "-Werror", str(program)], check=True)
+    subprocess.run([compiler, "-fsyntax-only", "-Wall", "-Wextra", "-Werror", str(program)], check=True)
 
 
 @pytest.mark.parametrize("name", ["gait.txt", "2steps.c", "my-gait.c", "größe.c"])

@@ -100,6 +100,9 @@ def test_tuned_gains_make_the_unstable_gait_stable(script, command):
     assert (tuned.json["law"], set(tuned.json["gains"])) == ("family.py:bounded", {"stiffness", "placement"})
     stability = command("stability", GAIT, "--law", "gains.json", "--json")
     assert stability.json["gaits"][0]["radius"] == pytest.approx(tuned.json["radius_after"], rel=1e-9)
+    family = PlanarLawOption("gains.json", [], None, False).family(load(GAIT))  # gaitopt tune --law gains.json
+    assert {gain.name: gain.start for gain in family.gains} == load_tuning("gains.json").gains
+    assert family.law({}).parts[0].table[-1, 0] == 30.0
     law = PlanarLawOption("gains.json", ["placement=0.2"], None, False).make(load(GAIT))
     assert law.gain_values == {
         "stiffness": load_tuning("gains.json").gains["stiffness"],

@@ -143,7 +143,7 @@ def test_its_c_code_has_the_accelerations_of_the_model(rolling, rolling_gait, rn
     robot, parameters = rolling.robot, rolling_gait.motion.parameters
     law = make(robot, rolling_gait.motion)
     source = write_c(robot, law, parameters, tmp_path / "walker.c")
-    flags = ["-std=c99", "-O1", "-Wall", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
+    flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-shared", "-fPIC"]
     subprocess.run([CC, *flags, str(source), "-o", str(tmp_path / "walker.so"), "-lm"], check=True)
     library, p = ctypes.CDLL(str(tmp_path / "walker.so")), robot.vector(parameters)
     for mode in PHYSICAL:
