@@ -96,11 +96,12 @@ def test_a_search_begins_with_the_gains_of_a_file(tmp_path):
     gait, robot = load(GAIT), compass_biped()
     family = controller_family_named("joint_pd", robot, gait.motion, torque_limit=8)
     values = {"ankle_stiffness": 1000.0, "hip_stiffness": 20.0, "ankle_damping": 9.0, "hip_damping": 3.0}
-    options = GainSearchOptions(starts=1, evaluations=1, samples=0)
-    stated = tune_feedback(gait, family.with_starts(values), search=options)
-    save_tuning(stated, tmp_path / "gains.json")
+    search, test = GainSearchOptions(samples=0, starts=1, evaluations=1), PushTest(starts=1, steps=1)
+    save_tuning(tune_feedback(gait, family, search=search, test=test), tmp_path / "gains.json")
     starts = {gain.name: gain.start for gain in design_for(gait, robot, str(tmp_path / "gains.json"), 8, False).gains}
-    assert starts == load_tuning(tmp_path / "gains.json").gains
+    tuned = load_tuning(tmp_path / "gains.json").gains
+    assert starts == tuned
+    assert starts != {gain.name: gain.start for gain in family.gains}
     assert family.with_starts(values).gains[0].upper == 1000.0 > family.gains[0].upper
 
 
