@@ -97,11 +97,10 @@ def test_a_search_begins_with_the_gains_of_a_file(tmp_path):
     family = controller_family_named("joint_pd", robot, gait.motion, torque_limit=8)
     values = {"ankle_stiffness": 1000.0, "hip_stiffness": 20.0, "ankle_damping": 9.0, "hip_damping": 3.0}
     search, test = GainSearchOptions(samples=0, starts=1, evaluations=1), PushTest(starts=1, steps=1)
-    save_tuning(tune_feedback(gait, family, search=search, test=test), tmp_path / "gains.json")
+    tuned = tune_feedback(gait, family, search=search, test=test)
+    save_tuning(dataclasses.replace(tuned, gains=values), tmp_path / "gains.json")
     starts = {gain.name: gain.start for gain in design_for(gait, robot, str(tmp_path / "gains.json"), 8, False).gains}
-    tuned = load_tuning(tmp_path / "gains.json").gains
-    assert starts == tuned
-    assert starts != {gain.name: gain.start for gain in family.gains}
+    assert starts == values
     assert family.with_starts(values).gains[0].upper == 1000.0 > family.gains[0].upper
 
 
