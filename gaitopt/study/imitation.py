@@ -15,7 +15,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait, SolverReport, cone_margin
-from gaitopt.motion.motion import Motion, Segment
+from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.simulator import record_walk
@@ -23,6 +23,9 @@ from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.status import Status, Stop
 from gaitopt.version import __version__
+
+WIDEST = 1.5
+"""Largest interval between samples that are kept, relative to the requested one, if there are samples in between."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -204,14 +207,23 @@ def thin_samples(motion: Motion, samples: int) -> Motion:
 
 def _thin_samples(segment: Segment, step: float) -> Segment:
     count = max(round(segment.duration / step), 8)
-    target = np.linspace(segment.time[0], segment.time[-1], count + 1)
-    after = np.clip(np.searchsorted(segment.time, target), 1, segment.time.size - 1)
-    nearer = after - (target - segment.time[after - 1] < segment.time[after] - target)
-    keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
+    ends = [0, segment.time.size - 1]
+    keep = np.unique([*ends, *_find_nearest(segment.time, np.linspace(*segment.time[ends], count + 1))])
+    # The samples of an integrator may be uneven, and a reference between samples is wrong by the fourth power of their
+    # distance.
+    chosen = segment.time[keep]
+    middles = ((chosen[:-1] + chosen[1:]) / 2)[np.diff(chosen) > WIDEST * step]
+    keep = np.unique([*keep, *_find_nearest(segment.time, middles)])
     keep = keep[np.append(np.diff(segment.time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
     values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
     series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}
     return replace(segment, **series)
+
+
+def _find_nearest(time: Array, targets: Array) -> Array:
+    """Return the indices of the samples that are nearest to some times."""
+    after = np.clip(np.searchsorted(time, targets), 1, time.size - 1)
+    return after - (targets - time[after - 1] < time[after] - targets)
 
 
 def _as_gait(robot: Robot, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:
