@@ -206,24 +206,23 @@ def thin_samples(motion: Motion, samples: int) -> Motion:
 
 
 def _thin_samples(segment: Segment, step: float) -> Segment:
+    time = segment.time
     count = max(round(segment.duration / step), 8)
-    ends = [0, segment.time.size - 1]
-    keep = np.unique([*ends, *_find_nearest(segment.time, np.linspace(*segment.time[ends], count + 1))])
-    # The samples of an integrator may be uneven, and a reference between samples is wrong by the fourth power of their
-    # distance.
-    chosen = segment.time[keep]
-    middles = ((chosen[:-1] + chosen[1:]) / 2)[np.diff(chosen) > WIDEST * step]
-    keep = np.unique([*keep, *_find_nearest(segment.time, middles)])
-    keep = keep[np.append(np.diff(segment.time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
+    keep = np.unique([0, *_find_nearest(time, np.linspace(time[0], time[-1], count + 1)), time.size - 1])
+    # Samples of an integrator may be uneven, and the error between those that are kept grows with the fourth power of
+    # their distance.
+    wide = np.flatnonzero(np.diff(time[keep]) > WIDEST * step)
+    keep = np.unique([*keep, *_find_nearest(time, (time[keep[wide]] + time[keep[wide + 1]]) / 2)])
+    keep = keep[np.append(np.diff(time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
     values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
     series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}
     return replace(segment, **series)
 
 
-def _find_nearest(time: Array, targets: Array) -> Array:
+def _find_nearest(time: Array, targets: Array) -> list[int]:
     """Return the indices of the samples that are nearest to some times."""
     after = np.clip(np.searchsorted(time, targets), 1, time.size - 1)
-    return after - (targets - time[after - 1] < time[after] - targets)
+    return (after - (targets - time[after - 1] < time[after] - targets)).tolist()
 
 
 def _as_gait(robot: Robot, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:
