@@ -100,6 +100,7 @@ def test_an_interrupted_search_reports_the_candidates_found_so_far(command, quic
     assert written == {"ranked": again.json["ranked"], "complete": False}
 
 
+@pytest.mark.slow
 def test_a_sweep_interrupted_before_its_first_result_begins_again_with_any_settings(
     command, quick, folder, monkeypatch
 ):
