@@ -41,7 +41,8 @@ class LazyPackage(ModuleType):
         super().__setattr__(name, value)
 
     def __dir__(self) -> list[str]:
-        return sorted({*vars(self), *self._modules})
+        # Modules that Python has stored here and names that this package uses are no public names.
+        return sorted(self._modules)
 
 
 def export_lazily(package: str) -> None:

@@ -70,10 +70,10 @@ def audit(
         print_json(facts | {"file": output and str(output)})
     else:
         _print_audit(facts, rows)
-        if output is not None:
-            report_file(output)
     if len(rows) + len(lost) < count:
         exit_incomplete("audit", output)
+    if output is not None and not json:
+        report_file(output)
     if facts["findings"] or lost:
         print_reason("Problems of the audit are not verified, or their processes died; see the table without --quiet.")
     raise typer.Exit(1 if facts["findings"] or lost else 0)

@@ -150,7 +150,7 @@ def _report(
         print_json(basin_facts(table, *used) | {"file": path and str(path), "seconds": seconds})
         return
     print_basin(table, *used)
-    if path is not None:
+    if path is not None and table.attrs["complete"]:
         report_file(path)
 
 

@@ -103,13 +103,14 @@ def _add_record(stated: Any, record: "ScriptRecord") -> Any:
 
     from gaitopt.design.family import Family
     from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
     if isinstance(stated, Family):
         return replace(stated, problems=[problem.replace(script=record) for problem in stated.problems])
     if isinstance(stated, RobustProblem):
         return replace(stated, problem=stated.problem.replace(script=record))
-    return stated.replace(script=record) if isinstance(stated, GaitProblem) else stated
+    return stated.replace(script=record) if isinstance(stated, GaitProblem | PlanarProblem) else stated
 
 
 def _state_robust(stated: object, law: str | None) -> "RobustProblem | None":

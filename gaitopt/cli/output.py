@@ -111,7 +111,7 @@ def describe_incomplete(command: str, output: Path | None, written: str = "") ->
     command : str
     output : Path or None
     written : str
-        Which results are written where, as a clause; empty if this is reported elsewhere.
+        Which results are written where, as a clause; empty if the stored results are those of the file.
 
     Examples
     --------
@@ -120,11 +120,9 @@ def describe_incomplete(command: str, output: Path | None, written: str = "") ->
     """
     if output is None:
         return "Incomplete. With -o FILE, an incomplete study can be resumed."
-    stored = describe_stored_results(command, output)
-    start = f"Incomplete: {written}." if written else "Incomplete."
-    if written and stored:
-        start, stored = f"Incomplete: {written}, and {stored}", ""
-    return " ".join(filter(None, (start, stored, "Run the same command again to resume.")))
+    stored = describe_stored_results(command, output).removesuffix(".")
+    facts = ", and ".join(filter(None, (written, stored[:1].lower() + stored[1:])))
+    return f"Incomplete{': ' if facts else ''}{facts}. Run the same command again to resume."
 
 
 def exit_incomplete(command: str, output: Path | None, written: str = "") -> NoReturn:

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
+import numpy as np
 import typer
 
 from gaitopt.cli.options import Json, Quiet, Scheduler, ScriptFile, Setting, Verbose, Workers
@@ -12,6 +13,7 @@ from gaitopt.cli.output import exit_incomplete, print_json, print_reason, report
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.workers import worker_options
 from gaitopt.errors import InputError
+from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,16 +96,26 @@ def _report(table: "xr.Dataset", files: dict[str, Path | None], *, json: bool, s
         print_json(front_facts(table) | written | {"seconds": seconds})
     else:
         print_front(table)
-        for file in files.values():
-            if file is not None:
+        for kind, file in files.items():
+            if file is not None and (kind == "figure" or table.attrs["complete"]):
                 report_file(file)
     if not table.attrs["complete"]:
-        exit_incomplete("pareto", files["file"])
+        exit_incomplete("pareto", files["file"], f"{_describe_progress(table)} are written to {files['file']}")
     found = bool((table.status == "solved").any())
     if not found:
         reasons = [str(reason) for reason in table.reason.values.ravel() if reason]
         print_reason(f"No point of the front has a gait: {reasons[0] if reasons else 'no reason is known'}")
     raise typer.Exit(0 if found else 1)
+
+
+def _describe_progress(table: "xr.Dataset") -> str:
+    """Return how many points of a front are computed, in words; those with a gait and without its measures are not."""
+    from gaitopt.study.storage.failure_reason import PENDING
+
+    unmeasured = np.isnan([table[name].values for name in table.attrs["objectives"]]).any(axis=0)
+    status = table.status.values
+    missing = int(((status == PENDING) | ((status == "solved") & unmeasured)).sum())
+    return f"{status.size - missing} of {format_count(status.size, 'point')}"
 
 
 def _read_bounds(texts: list[str]) -> dict[str, tuple[float, float]]:

@@ -202,7 +202,9 @@ def require_optimal_problem(problem: object, script: Script) -> "GaitProblem | P
         return require_gait_problem(problem, script)
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 
-    return problem if isinstance(problem, PlanarProblem) else require_gait_problem(problem, script)
+    if isinstance(problem, PlanarProblem):
+        return problem.replace(script=script.record())
+    return require_gait_problem(problem, script)
 
 
 def gait_problem(script: Script) -> GaitProblem:

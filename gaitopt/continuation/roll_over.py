@@ -43,7 +43,9 @@ def locate_roll_over(stepper: Stepper, point: CurvePoint, end: SpecialPoint) -> 
         return end
     energies, places = samples
     place = _extrapolate(energies, places)
-    shift, error = float(place[-1] - start[-1]), float((place - _extrapolate(energies[1:], places[1:]))[-1])
+    # Independent errors of the integrator shift the place by 8.3 times their size, and change the difference by 17.9
+    # times; the difference from the place without the farthest gait would change by 4.5 times only.
+    shift, error = float(place[-1] - start[-1]), float((place - _extrapolate(energies[:-1], places[:-1]))[-1])
     if not abs(shift) <= LARGEST_SHIFT * distance:
         return end
     *z, value = (place * stepper.scales).tolist()

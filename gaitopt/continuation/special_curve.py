@@ -8,6 +8,9 @@ from gaitopt.continuation.special_point import SpecialKind
 from gaitopt.dataclass import dataclass
 from gaitopt.motion.motion import Array
 
+_MEETINGS = ("meets", "the sequence before", "the gait before it becomes")
+"""Beginnings of the reasons of an end of codimension two in files of earlier versions, which state nothing else."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SpecialCurve:
@@ -27,6 +30,9 @@ class SpecialCurve:
         Contact sequences on both sides.
     begin, end : str
         Reasons for which the curve ends: ``"closed"``, ``"range_end"``, or a text if no such point was found beyond.
+    codimension_two : (bool, bool)
+        Whether the curve begins and ends at a point of codimension two, because it meets a special point of another
+        kind or of another contact sequence.
 
     Examples
     --------
@@ -46,6 +52,7 @@ class SpecialCurve:
     begin: str
     end: str
     units: tuple[str, str] = ("", "")
+    codimension_two: tuple[bool, bool] = (False, False)
 
     def record(self) -> dict[str, Any]:
         """Return the curve as plain data."""
@@ -59,6 +66,7 @@ class SpecialCurve:
             "begin": self.begin,
             "end": self.end,
             "units": list(self.units),
+            "codimension_two": list(self.codimension_two),
         }
 
     @staticmethod
@@ -66,10 +74,13 @@ class SpecialCurve:
         """Return the curve of plain data."""
         first, second = record["parameters"]
         unit, other = record.get("units", ("", ""))
+        meets = [record[name].startswith(_MEETINGS) for name in ("begin", "end")]
+        begins, ends = record.get("codimension_two", meets)
         changed = {
             "kind": SpecialKind[record["kind"].upper()],
             "parameters": (first, second),
             "units": (unit, other),
+            "codimension_two": (begins, ends),
             "values": np.array(record["values"], dtype=float).reshape(-1, 2),
             "states": np.array(record["states"], dtype=float),
         }

@@ -8,6 +8,7 @@ codimension two at which a curve ends or turns sharply are located in :mod:`gait
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from gaitopt.continuation.branch_diagram import BranchDiagram
 from gaitopt.continuation.codimension_two import locate_corner, locate_meeting
 from gaitopt.continuation.gait_lookup import gaits_at
 from gaitopt.continuation.gait_source import AnyCycle, AnyFamily, AnyWalkProblem, make_gait_source
-from gaitopt.continuation.line_search import LineSearch, PlanePoint
+from gaitopt.continuation.line_search import NOT_FOUND, LineSearch, PlanePoint
 from gaitopt.continuation.parameter_values import unit_of
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialPoint
@@ -102,6 +103,13 @@ def trace_curve(
     return plane.follow(points[special], observer or (lambda curve: None))
 
 
+class _End(NamedTuple):
+    """End of a curve: the reason, and whether it is a point of codimension two."""
+
+    reason: str = ""
+    codimension_two: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class _Plane:
     """The plane of two parameters in which a curve is followed, scaled by their ranges."""
@@ -134,42 +142,42 @@ class _Plane:
         search = LineSearch(self._family(special), self.names, self.scale, self.options)
         located, ends = [start], []
         for sign in (1.0, -1.0):
-            side, end = self._follow_side(search, start, sign, lambda part: observer(self._curve(part, ("", ""))))
-            if end == "closed":
-                return self._curve([start, *side], ("closed", "closed"))
+            side, end = self._follow_side(search, start, sign, lambda part: observer(self._curve(part, (_End(),) * 2)))
+            if end.reason == "closed":
+                return self._curve([start, *side], (end, end))
             located = [*located, *side] if sign > 0 else [*reversed(side), *located]
             ends.append(end)
         return self._curve(located, (ends[1], ends[0]))
 
     def _follow_side(
         self, search: LineSearch, start: PlanePoint, sign: float, observe: Callable[[list[PlanePoint]], None]
-    ) -> tuple[list[PlanePoint], str]:
-        """Return the points of the curve on one side of its start, and the reason for which it ends there."""
+    ) -> tuple[list[PlanePoint], _End]:
+        """Return the points of the curve on one side of its start, and its end there."""
         tangent, step = np.array([0.0, sign]), FIRST_STEP
         points, last = list[PlanePoint](), start
         if not self._contains(start.place + ON_BORDER * tangent):
-            return points, "range_end"
+            return points, _End("range_end")
         while len(points) < MOST_POINTS:
             following = search.locate(last, last.place + step * tangent, last.across(tangent), step)
             if isinstance(following, str):
                 meeting = locate_meeting(search, last, tangent, step, FINEST) if step < CLOSE else None
                 if meeting is not None and self._contains(meeting.point.place):
-                    return [*points, meeting.point], f"meets {meeting.other.label}"
+                    return [*points, meeting.point], _End(f"meets {meeting.other.label}", codimension_two=True)
                 step /= 4
                 if step < SHORTEST_STEP:
-                    return points, following
+                    return points, _End(following, codimension_two=following != NOT_FOUND)
                 continue
             if not self._contains(following.place):
-                return [*points, self._reach_border(search, last, following)], "range_end"
+                return [*points, self._reach_border(search, last, following)], _End("range_end")
             corner = locate_corner(search, last, following, SHORTEST_STEP)
             points += [following] if corner is None else [corner, following]
             move = following.place - (last if corner is None else corner).place
             tangent, step = move / np.linalg.norm(move), min(1.5 * step, LONGEST_STEP)
             observe(points)
             if len(points) > 2 and float(np.linalg.norm(following.place - start.place)) < step:
-                return [*points, start], "closed"
+                return [*points, start], _End("closed")
             last = following
-        return points, "most_points"
+        return points, _End("most_points")
 
     def _contains(self, place: Array) -> bool:
         return bool(np.all((place >= self.bounds[:, 0]) & (place <= self.bounds[:, 1])))
@@ -206,7 +214,7 @@ class _Plane:
         family = source.start(gaits[0], special.value).family
         return replace(family, parameters={**family.parameters, **source.values})
 
-    def _curve(self, located: list[PlanePoint], ends: tuple[str, str]) -> SpecialCurve:
+    def _curve(self, located: list[PlanePoint], ends: tuple[_End, _End]) -> SpecialCurve:
         first = located[0].special
         return SpecialCurve(
             kind=first.kind,
@@ -215,7 +223,8 @@ class _Plane:
             states=np.array([each.special.z for each in located]),
             before=first.before,
             after=first.after,
-            begin=ends[0],
-            end=ends[1],
+            begin=ends[0].reason,
+            end=ends[1].reason,
+            codimension_two=(ends[0].codimension_two, ends[1].codimension_two),
             units=(unit_of(self.problem.robot, self.names[0]), unit_of(self.problem.robot, self.names[1])),
         )

@@ -78,20 +78,9 @@ def _draw_curve(axes: "Axes", diagram: BranchDiagram, curve: SpecialCurve, numbe
     change = before if before == after else f"{before} \N{RIGHTWARDS ARROW} {after}"
     line: dict[str, Any] = {"color": line_style(number)["color"], "linewidth": 1.4}
     axes.plot(second, first, label=f"{curve.kind.label}: {change}", **line)
-    for place, reason in ((0, curve.begin), (-1, curve.end)):
-        if is_meeting(reason):
+    for place, codimension_two in zip((0, -1), curve.codimension_two, strict=True):
+        if codimension_two:
             axes.plot(second[place], first[place], "D", color="0.15", markersize=4.5, label=CODIMENSION_TWO, zorder=5)
-
-
-def is_meeting(reason: str) -> bool:
-    """Return whether a curve ends because it meets a special point of another kind.
-
-    Examples
-    --------
-    >>> is_meeting("meets impact cone"), is_meeting("range_end")
-    (True, False)
-    """
-    return reason.startswith(("meets", "the sequence before", "the gait before it becomes"))
 
 
 def _unit(diagram: BranchDiagram, curve: SpecialCurve, number: int) -> str:

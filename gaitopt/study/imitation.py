@@ -15,7 +15,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.energy import cost_of_transport
 from gaitopt.motion.gait import Gait, SolverReport, cone_margin
-from gaitopt.motion.motion import Motion, Segment
+from gaitopt.motion.motion import Array, Motion, Segment
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.simulator import record_walk
@@ -23,6 +23,9 @@ from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.status import Status, Stop
 from gaitopt.version import __version__
+
+WIDEST = 1.5
+"""Largest interval between samples that are kept, relative to the requested one, if there are samples in between."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -203,15 +206,23 @@ def thin_samples(motion: Motion, samples: int) -> Motion:
 
 
 def _thin_samples(segment: Segment, step: float) -> Segment:
+    time = segment.time
     count = max(round(segment.duration / step), 8)
-    target = np.linspace(segment.time[0], segment.time[-1], count + 1)
-    after = np.clip(np.searchsorted(segment.time, target), 1, segment.time.size - 1)
-    nearer = after - (target - segment.time[after - 1] < segment.time[after] - target)
-    keep = np.unique(np.concatenate([[0], nearer, [segment.time.size - 1]]))
-    keep = keep[np.append(np.diff(segment.time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
+    keep = np.unique([0, *_find_nearest(time, np.linspace(time[0], time[-1], count + 1)), time.size - 1])
+    # Samples of an integrator may be uneven, and the error between those that are kept grows with the fourth power of
+    # their distance.
+    wide = np.flatnonzero(np.diff(time[keep]) > WIDEST * step)
+    keep = np.unique([*keep, *_find_nearest(time, (time[keep[wide]] + time[keep[wide + 1]]) / 2)])
+    keep = keep[np.append(np.diff(time[keep]) > 0, True)]  # a switch at an end of the segment is sampled twice
     values = {entry.name: getattr(segment, entry.name) for entry in fields(segment)}
     series: dict[str, Any] = {name: x[..., keep] for name, x in values.items() if isinstance(x, np.ndarray)}
     return replace(segment, **series)
+
+
+def _find_nearest(time: Array, targets: Array) -> list[int]:
+    """Return the indices of the samples that are nearest to some times."""
+    after = np.clip(np.searchsorted(time, targets), 1, time.size - 1)
+    return (after - (targets - time[after - 1] < time[after] - targets)).tolist()
 
 
 def _as_gait(robot: Robot, sequence: ContactSequence, motion: Motion, gap: float, name: str) -> Gait:

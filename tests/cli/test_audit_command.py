@@ -28,6 +28,20 @@ def test_an_audit_is_resumed(command, folder, monkeypatch):
     assert [path.name for path in folder.iterdir()] == ["audit.json"]
 
 
+def test_an_incomplete_audit_states_in_one_sentence_what_is_computed(command, monkeypatch):
+    def judge(shared, number):
+        if number:
+            raise KeyboardInterrupt
+        return {"script": "monopod", "settings": [], "result": "verified", "reason": "", "second_error": 1e-9}
+
+    monkeypatch.setattr(audit_problems, "audit_number", judge)
+    run = command("audit", "--count", "3", "--workers", "1", "-o", "audit.json")
+    assert run.status == 130
+    last = "Incomplete: 1 problem is kept in audit.json. Run the same command again to resume."
+    assert run.err.splitlines()[-1] == last
+    assert "wrote" not in run.out
+
+
 @pytest.mark.parametrize(("output", "message"), [("a.txt", "Use .json (audit)"), ("nope/a.json", "does not exist")])
 def test_a_file_that_cannot_be_written_is_refused_before_the_work(command, folder, output, message):
     run = command("audit", "--count", "1", "-o", output)

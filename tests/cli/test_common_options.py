@@ -141,7 +141,11 @@ def problem():
     ("arguments", "reason"),
     [
         (("solve", "own.py"), "infeasible: no gait found; "),
-        (("sweep", "own.py", "--over", "friction=0.01", "-o", "own.nc"), "No gait was found: no gait found; "),
+        pytest.param(
+            ("sweep", "own.py", "--over", "friction=0.01", "-o", "own.nc"),
+            "No gait was found: no gait found; ",
+            marks=pytest.mark.slow,
+        ),
         (("simulate", GAIT_FILE, "--set", "friction=0.01"), "fell: The walker fell."),
         (("doctor", "own.py"), "own.py"),
     ],

@@ -392,6 +392,7 @@ def test_a_law_of_one_script_is_tuned_saved_walked_and_exported(capsys, tmp_path
     assert written["gains"] == facts["gains"]
 
 
+@pytest.mark.slow
 def test_the_file_of_gains_finds_its_law_script_from_any_folder(capsys, tmp_path, monkeypatch, script, slip_gait):
     """The path of the script is relative to the file of gains, so that both may be moved together."""
     work, elsewhere = tmp_path / "work", tmp_path / "elsewhere"

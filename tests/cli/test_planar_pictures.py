@@ -51,7 +51,11 @@ def test_a_saved_gait_is_drawn_reported_and_exported(capsys, hop, tmp_path, comm
         (("animate", "-o", "hop.png"), "'.png' is not that of a known format"),
         (("export", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
         (("export", "-o", "hop.c", "--law", "pid"), "There is no feedback law 'pid' for a robot with several contacts"),
-        (("export", "-o", "hop.json", "--law", "lqr"), "leave out the law, or export a controller"),
+        pytest.param(
+            ("export", "-o", "hop.json", "--law", "lqr"),
+            "leave out the law, or export a controller",
+            marks=pytest.mark.slow,
+        ),
         (("compare", "-o", "hop.xlsx"), "'.xlsx' is not that of a known format"),
     ],
 )
@@ -89,7 +93,7 @@ def test_a_hop_that_takes_longer_than_the_gait_is_simulated_for_the_requested_st
     assert (status, data["stop"], data["steps"], len(data["sequences"]), len(landings)) == (0, "steps_done", 3, 3, 3)
 
 
-@pytest.mark.parametrize("name", ["walk.png", "walk.gif"])
+@pytest.mark.parametrize("name", ["walk.png", pytest.param("walk.gif", marks=pytest.mark.slow)])
 def test_a_walk_is_drawn(capsys, tmp_path, name):
     status, printed = run(capsys, "simulate", KNEED, "--steps", "1", "-o", tmp_path / name)
     assert status == 0

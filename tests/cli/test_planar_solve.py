@@ -97,6 +97,7 @@ def test_a_gait_is_exported_as_a_controller(capsys, hop, tmp_path):
     assert "robot monopod, law joint_pd" in text
 
 
+@pytest.mark.slow
 def test_gaits_are_compared(capsys, hop, tmp_path):
     figure = tmp_path / "hops.png"
     other = tmp_path / "other.h5"

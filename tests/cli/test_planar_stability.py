@@ -32,6 +32,7 @@ def gaits_of(*arguments):
     return json.loads(result.stdout)["gaits"]
 
 
+@pytest.mark.slow
 def test_the_kneed_walker_has_the_keys_of_every_gait():
     (gait,) = gaits_of(KNEES, "--starts", 2)
     (wheel,) = gaits_of(SINGLE_SUPPORT, "--set", "friction=inf", "--starts", 10)

@@ -1,11 +1,14 @@
 """Files and reports name the objective's parameters and the script with its parameters and digest."""
 
 import hashlib
+import json
 
 import pytest
 
 from gaitopt import GaitProblem, PositiveWork, compass_biped, load
-from gaitopt.study.storage.study_key import study_key
+from gaitopt.cli.design_command import _add_record
+from gaitopt.cli.script import optimal_problem, read_script
+from gaitopt.study.storage.study_key import record_script, study_key
 
 SCRIPT = """\
 from dataclasses import dataclass
@@ -75,6 +78,15 @@ def test_a_problem_of_python_has_objective_parameters_and_no_script():
     problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", objective=PositiveWork(regeneration=0.5))
     assert problem.describe()["objective_parameters"] == {"regeneration": 0.5}
     assert problem.describe()["script"] is None
+
+
+def test_studies_of_a_robot_with_several_contacts_state_the_parameters_that_were_set(root):
+    script = read_script(root / "problems/monopod.py", ["stiffness=2800"])
+    stored = json.loads(record_script(optimal_problem(script))["script"])
+    assert (stored["file"], stored["set"], stored["parameters"]["stiffness"]) == ("monopod.py", ["stiffness"], 2800.0)
+    designed = _add_record(script(), script.record())
+    assert designed.describe()["script"] == stored
+    assert study_key(designed) == study_key(script())
 
 
 def test_another_comment_in_the_script_is_no_other_study(solved, script):

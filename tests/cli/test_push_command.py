@@ -159,6 +159,7 @@ def test_the_largest_push_of_push_and_tune_agrees_for_equal_numbers_of_starts(co
     assert margin["survived"] == tuned["push_radius"]
 
 
+@pytest.mark.slow
 def test_stated_kinds_alone_are_tested(command, slip_file, folder):
     run = command("push", slip_file, *QUICK, "--kind", "recovery", "--kind", "torque_noise", "-o", "push.json")
     assert run.status == 0

@@ -2,11 +2,15 @@
 
 import math
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
 from gaitopt import basin, load, rimless_wheel, save
-from gaitopt.cli import stored_results
+from gaitopt.cli import pareto_command, stored_results
+from gaitopt.cli.progress_display import Display
 from gaitopt.continuation import checkpoint
 from gaitopt.study.basins.basin_file import save_basin
 from gaitopt.study.storage import gait_store
@@ -80,6 +84,31 @@ def test_an_interrupted_study_states_what_is_stored(command, script, folder, mon
     assert third.json["error"] in third.err
 
 
+def test_a_gait_that_is_not_measured_is_no_computed_point_of_a_front():
+    table = xr.Dataset(
+        {"cost": ("point", [1.0, 2.0, np.nan, np.nan]), "spectral_radius": ("point", [0.7, np.nan, np.nan, np.nan])},
+        attrs={"objectives": ["cost", "spectral_radius"]},
+    )
+    table["status"] = ("point", np.array(["solved", "solved", "infeasible", "pending"], dtype=object))
+    assert pareto_command._describe_progress(table) == "2 of 4 points"
+
+
+def test_an_incomplete_front_states_in_one_sentence_what_is_computed(folder, slip_file, capsys, monkeypatch):
+    (folder / "f.nc.parts").mkdir()
+    save(load(slip_file), folder / "f.nc.parts/cold-1.h5")
+    monkeypatch.setattr(pareto_command, "print_front", lambda table: None)
+    table = xr.Dataset({"cost": ("point", [np.nan] * 2)}, attrs={"objectives": ["cost"], "complete": 0})
+    table["status"] = ("point", np.array(["pending"] * 2, dtype=object))
+    with pytest.raises(SystemExit, match="130"):
+        pareto_command._report(table, {"file": Path("f.nc"), "figure": Path("f.png")}, json=False, seconds=1.0)
+    printed = capsys.readouterr()
+    assert printed.out == "wrote f.png\n"
+    assert printed.err == (
+        "Incomplete: 0 of 2 points are written to f.nc, and 1 optimisation (0 finished points) is kept in f.nc.parts. "
+        f"{RESUME}\n"
+    )
+
+
 def test_finished_points_are_counted(folder, slip_file):
     parts = folder / "f.nc.parts"
     parts.mkdir()
@@ -104,6 +133,19 @@ def test_stored_starts_are_counted_after_an_interrupted_import(folder, monkeypat
     monkeypatch.setitem(sys.modules, "xarray", None)
     text = stored_results.describe_stored_results("basin", folder / "basin.nc")
     assert text == f"2 of 3 starts are kept in {folder / 'basin.nc'}."
+
+
+def test_an_incomplete_basin_states_in_one_sentence_what_is_computed(command, root, monkeypatch):
+    def stop(display, done, total, note=""):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Display, "count", stop)
+    monkeypatch.setattr("gaitopt.study.basins.basin.CHUNK", 2)
+    arguments = ("--over", "theta_rate=1,2,3", "--workers", "1", "-o", "basin.nc")
+    run = command("basin", root / "problems/rimless_wheel.py", *arguments)
+    assert run.status == 130
+    assert run.err.splitlines()[-1] == f"Incomplete: 2 of 3 starts are kept in basin.nc. {RESUME}"
+    assert "wrote" not in run.out
 
 
 @pytest.mark.parametrize("verb", ["basin", "audit"])

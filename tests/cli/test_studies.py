@@ -88,7 +88,7 @@ def test_an_interrupted_search_reports_the_candidates_found_so_far(command, quic
     assert first.status == 130
     assert counted == ["search 1/6 optimisations (0 of 3 sequences finished)"]
     assert re.search(r"stick \| stick +pending +first solve: own \S+, neither replayed nor", first.out)
-    assert "Incomplete. 1 optimisation (0 finished contact sequences) is kept in found. Run the same" in first.err
+    assert "Incomplete: 1 optimisation (0 finished contact sequences) is kept in found. Run the same" in first.err
     monkeypatch.setattr("gaitopt.study.sequence_search.search.solve_sequence", raise_interrupt)
     again = command(*arguments, "--json")  # before the next result
     assert again.status == 130
@@ -100,6 +100,7 @@ def test_an_interrupted_search_reports_the_candidates_found_so_far(command, quic
     assert written == {"ranked": again.json["ranked"], "complete": False}
 
 
+@pytest.mark.slow
 def test_a_sweep_interrupted_before_its_first_result_begins_again_with_any_settings(
     command, quick, folder, monkeypatch
 ):

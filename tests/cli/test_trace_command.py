@@ -27,6 +27,7 @@ GOSWAMI = [
 ]
 
 
+@pytest.mark.slow
 def test_the_range_is_printed_with_its_unit(command, root, folder):
     result = command("trace", root / PASSIVE, *GOSWAMI, "--over", "slope=4:4.1", "-o", "slope.nc")
     assert result.err.splitlines()[0] == "slope from 4 to 4.1 deg"

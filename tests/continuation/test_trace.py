@@ -2,12 +2,21 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gaitopt import InputError, WalkProblem, compass_biped, find_cycles, load_diagram, rimless_wheel, trace
-from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram
+from gaitopt.continuation import (
+    ArclengthOptions,
+    SpecialKind,
+    SpecialPoint,
+    TraceOptions,
+    gaits_at,
+    roll_over,
+    save_diagram,
+)
 from gaitopt.continuation.gait_family import make_gait_family
 from gaitopt.errors import ArchiveError
 from tests.continuation.rolling_wheel import least_friction, least_slope
@@ -83,6 +92,23 @@ def test_a_branch_ends_where_the_wheel_no_longer_rolls_over():
     assert abs(end.value - exact) <= end.width + 1e-14
     # The rate after the impact is that with which the wheel just reaches its apex.
     assert end.z[0] ** 2 == pytest.approx(2 * 9.8 / (4 / 3) * (1 - math.cos(math.pi / 10 - exact)), rel=1e-10)
+
+
+def test_the_width_of_the_end_covers_errors_of_the_integrator(monkeypatch):
+    """Gaits at four distances from the end, with errors of the energies as large as those of scipy."""
+    random, distances = np.random.default_rng(3), 1e-4 * np.arange(4, 0, -1)
+    places, energies = [np.array([1 + x, x]) for x in distances], 19.5 * distances + 2 * distances**2
+    stepper = SimpleNamespace(family=SimpleNamespace(line=None, value_scale=1.0), scales=np.ones(2), position=np.array)
+    end = SpecialPoint(
+        kind=SpecialKind.ROLL_OVER, value=0.0, width=0.0, z=np.ones(1), before="", after="",
+        multipliers_before=np.ones(1), multipliers_after=np.ones(0),
+    )  # fmt: skip
+    located = []
+    for _ in range(100):
+        measured = list(energies * (1 + random.normal(scale=3e-9, size=4)))
+        monkeypatch.setattr(roll_over, "_sample", lambda *_, energies=measured: (energies, places))
+        located.append(roll_over.locate_roll_over(stepper, [1.0, 0.0], end))
+    assert np.median([abs(each.value) for each in located]) < np.median([each.width for each in located])
 
 
 @pytest.mark.slow

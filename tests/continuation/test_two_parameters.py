@@ -152,7 +152,8 @@ def test_curves_end_where_they_meet():
         number = special_number(across, "impact_cone")
         curve = trace_curve(at, across, {"slope": (low, high)}, special=number, options=LONG_STEPS)
         assert [curve.begin, curve.end].count("meets slip onset") == 1
-        ends.append(curve.values[0 if curve.begin.startswith("meets") else -1])
+        assert curve.codimension_two == (curve.begin == "meets slip onset", curve.end == "meets slip onset")
+        ends.append(curve.values[0 if curve.codimension_two[0] else -1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
     # If the foot does not slip before the touchdown, the ratio of the impulses is a closed form of angle and inertia.
     sine, cosine, inertia = math.sin(math.pi / 10), math.cos(math.pi / 10), 1 / 3

@@ -27,7 +27,9 @@ def found(reference_problem):
     return verify(gait), [step for step in steps if isinstance(step, HomotopyIteration)]
 
 
-@pytest.mark.parametrize(("friction", "relaxation"), [(0.1, FischerBurmeister()), (0.2, Scholtes())])
+@pytest.mark.parametrize(
+    ("friction", "relaxation"), [pytest.param(0.1, FischerBurmeister(), marks=pytest.mark.slow), (0.2, Scholtes())]
+)
 def test_the_best_closed_sequence_is_found_at_its_cost(reference_problem, friction, relaxation):
     gait = solve(reference_problem(sequence=OPEN, friction=friction), homotopy=Homotopy(relaxation=relaxation))
     closed = [solve(reference_problem(sequence=sequence, friction=friction)) for sequence in CLOSED]

@@ -149,6 +149,7 @@ def test_without_a_solution_the_plainest_sequence_is_tried(asked, closed):
     assert found.check_periodic()
 
 
+@pytest.mark.slow
 def test_an_infeasible_problem_ends_with_its_status(reference_problem, monkeypatch):
     monkeypatch.setattr("gaitopt.ocp.solver.RETRIES", 0)
     problem = reference_problem(sequence="any | any", torque=0.1, intervals=10)

@@ -39,6 +39,7 @@ def test_a_motion_that_exceeds_a_limit_has_no_touchdown_from_below():
     assert alone.multipliers[1].size == elastic._relax(only=number)._plain.nlp.n_constraints
 
 
+@pytest.mark.slow
 def test_a_limit_does_not_suffice_if_a_contact_drags_through_the_ground():
     problem = weak_walker(60.0).replace(sequence="toe a stick | heel a stick |")
     elastic = PlanarElastic(problem, Ipopt(tolerance=1e-6), silent)

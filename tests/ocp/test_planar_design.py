@@ -181,6 +181,7 @@ def test_free_speed_and_ground_are_optimised_as_well():
     assert gait.solver.objective < 1e-6  # the passive gait, which needs no torque
 
 
+@pytest.mark.slow
 def test_a_conflict_with_a_free_friction_coefficient_states_a_sufficient_bound():
     limits = PlanarLimits(torque={"ankle A": 6, "ankle B": 0, "hip": 6})
     problem = PROBLEM.replace(limits=limits, friction=0.03, free={"friction": (0.02, 0.04)})

@@ -27,7 +27,7 @@ def solved():
     return solve
 
 
-@pytest.mark.parametrize("factor", [0.9, 1.1])
+@pytest.mark.parametrize("factor", [pytest.param(0.9, marks=pytest.mark.slow), 1.1])
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_gait_at_a_friction_nearby_takes_less_than_half_of_the_iterations(solved, name, factor):
     gait, problem = solved(name), PROBLEMS[name]()

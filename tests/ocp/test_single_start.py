@@ -80,7 +80,7 @@ def test_a_gait_that_was_gone_on_from_is_not_kept_alive(reference_problem):
     assert after.motion.period > 0
 
 
-@pytest.mark.parametrize("intervals", [20, (25, 40), 80])
+@pytest.mark.parametrize("intervals", [20, (25, 40), pytest.param(80, marks=pytest.mark.slow)])
 def test_multipliers_are_carried_to_another_grid(reference_problem, solved, intervals):
     guess = WarmStart(solved(sequence=SLIP))
     gait = solve(reference_problem(sequence=SLIP, guess=guess, transcription=Collocation(intervals=intervals)))

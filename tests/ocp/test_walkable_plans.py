@@ -103,6 +103,7 @@ def test_a_slip_that_comes_to_rest_is_an_inaccurate_plan(resting):
     assert verify(resting).status is Status.PLAN_INACCURATE
 
 
+@pytest.mark.slow
 def test_an_inaccurate_plan_is_no_solution_and_its_reasons_are_stated(resting):
     with pytest.raises(InputError, match=r"not a solution \(plan_inaccurate\).* changes its contact mode"):
         resting.require()

@@ -18,7 +18,7 @@ def diagram():
     return load_diagram(ROOT / "docs/examples/compass_slope.nc")
 
 
-def curve(kind, values, before, after, end="range_end"):
+def curve(kind, values, before, after, **fields):
     return SpecialCurve(
         kind=kind,
         parameters=("friction", "slope"),
@@ -26,14 +26,15 @@ def curve(kind, values, before, after, end="range_end"):
         states=np.zeros((len(values), 3)),
         before=before,
         after=after,
-        begin="range_end",
-        end=end,
+        **{"begin": "range_end", "end": "range_end"} | fields,
     )
 
 
 def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(diagram):
     onset = curve(SpecialKind.SLIP_ONSET, [[0.2, 0.1], [0.3, 0.2]], "stick | stick", "slip+ stick | stick")
-    cone = curve(SpecialKind.IMPACT_CONE, [[0.1, 0.1], [0.2, 0.15]], "a | stick", "a | slip+", "meets slip onset")
+    cone = curve(
+        SpecialKind.IMPACT_CONE, [[0.1, 0.1], [0.2, 0.15]], "a | stick", "a | slip+", codimension_two=(False, True)
+    )
     figure = plot_curves(replace(diagram, curves=(onset, cone)))
     (axes,) = figure.axes
     lines = {line.get_label(): line for line in axes.lines}
@@ -42,6 +43,16 @@ def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(d
     drawn = lines["slip onset: stick | stick \N{RIGHTWARDS ARROW} slip+ stick | stick"]
     np.testing.assert_allclose(drawn.get_xydata(), [[np.degrees(0.1), 0.2], [np.degrees(0.2), 0.3]])
     np.testing.assert_allclose(lines["codimension two"].get_xydata(), [[np.degrees(0.15), 0.2]])
+
+
+def test_a_file_states_the_points_of_codimension_two_and_an_earlier_one_only_the_reasons():
+    cone = curve(SpecialKind.IMPACT_CONE, [[0.1, 0.1]], "a | stick", "a | slip+", codimension_two=(True, False))
+    record = cone.record()
+    assert SpecialCurve.from_record(record).codimension_two == (True, False)
+    del record["codimension_two"]
+    assert SpecialCurve.from_record(record).codimension_two == (False, False)
+    earlier = record | {"end": "the sequence before the special point becomes 'slip+ | slip+'"}
+    assert SpecialCurve.from_record(earlier).codimension_two == (False, True)
 
 
 def test_axes_of_curves_have_the_units_of_both_parameters(diagram):

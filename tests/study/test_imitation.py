@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from gaitopt import InputError, Mode, assess_stability, compass_biped, find_cycles, joint_pd
+from gaitopt import InputError, Mode, ScipyEngine, assess_stability, compass_biped, find_cycles, joint_pd, passive
+from gaitopt.simulation.hybrid_automaton import make_walker
+from gaitopt.simulation.simulator import record_walk
 from gaitopt.study import imitate
+from gaitopt.study.imitation import thin_samples
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +24,15 @@ def test_same_ground_needs_no_torque(gait_a):
     assert same.feasible
     assert same.largest_torque < 1e-6
     assert str(same.sequence) == gait_a.sequence
+
+
+def test_uneven_samples_of_an_integrator_are_thinned_without_wide_gaps(gait_a):
+    """Between samples 1.65 intervals apart, interpolated accelerations need torques above 1e-6 N m."""
+    walker = make_walker(compass_biped(), passive(compass_biped()), gait_a.parameters, engine=ScipyEngine())
+    motion = record_walk(walker, gait_a.section.embed(gait_a.z), 1).motion
+    time = thin_samples(motion, 80).segments[0].time
+    assert time.size < 0.95 * motion.segments[0].time.size
+    assert np.diff(time).max() < 1.5 * motion.period / 80
 
 
 def test_level_ground_needs_what_the_slope_gave(gait_a):

@@ -22,7 +22,7 @@ from gaitopt.ocp.multicontact.actuator_impulse import (
 from gaitopt.ocp.multicontact.objective_unit import find_objective_unit
 from gaitopt.ocp.multicontact.planar_guess import PlanarGuess, PoseGuess
 from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
-from gaitopt.ocp.provenance import plain_fields
+from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.free_parameters import (
     Ends,
@@ -88,6 +88,8 @@ class PlanarProblem:
         joints are unknowns, so that the number of nonzeros grows linearly with the number of links, if the coordinates
         are absolute angles of the links.  By default ``"by size"``: recursive up to 10 coordinates.
     name : str
+    script : ScriptRecord or None
+        The script that states the problem, for the record of the gait.
 
     Raises
     ------
@@ -121,6 +123,7 @@ class PlanarProblem:
     transcription: Collocation = field(default_factory=Collocation)
     equations: str = "by size"
     name: str = "gait"
+    script: ScriptRecord | None = None
 
     def __post_init__(self) -> None:
         check_robot_type(self.robot, PlanarRobot, "a PlanarRobot such as monopod()", "GaitProblem")
@@ -262,6 +265,7 @@ class PlanarProblem:
             "transcription": self.transcription.name,
             "intervals": list(self.counts),
             "equations": "lifted" if self.lifted else "recursive",
+            "script": self.script and self.script.describe(),
         } | ({} if tolerance is None else {"cost_tolerance": tolerance})
 
     def _check_robot(self) -> None:
