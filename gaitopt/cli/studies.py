@@ -76,9 +76,13 @@ def search(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
+    from gaitopt.study.sequence_search.search import list_sequences
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
+    if not json:
+        count = format_count(len(list_sequences(problem, max_phases)), "contact sequence")
+        err.print(f"search of {count} of at most {format_count(max_phases, 'phase')}", soft_wrap=True)
     with (
         worker_options(workers, scheduler) as team,
         show_progress("search", hidden=json, counted="optimisations") as display,

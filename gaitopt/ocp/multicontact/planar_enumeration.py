@@ -1,5 +1,6 @@
 """Enumeration of the contact sequences of a robot with several contacts."""
 
+import functools
 import itertools
 from collections.abc import Iterator
 
@@ -17,6 +18,7 @@ _FEET = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
 _GUIDED = (Mode.CLOSED, Mode.FREE)
 
 
+@functools.lru_cache(maxsize=4)
 def enumerate_planar_sequences(robot: PlanarRobot, phases: int) -> tuple[PhaseSequence, ...]:
     """Return the contact sequences of a robot with at most `phases` phases, shorter ones first.
 
