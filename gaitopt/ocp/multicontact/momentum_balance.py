@@ -9,6 +9,7 @@ from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.solution.impossible_sequences import describe_one_way_slip
 
+
 def explain_one_way_slip(problem: PlanarProblem) -> str | None:
     """Return why no periodic gait has the contact sequence of a problem: its feet slip in one direction only.
 

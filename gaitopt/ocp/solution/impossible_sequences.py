@@ -27,8 +27,8 @@ def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> st
     >>> from gaitopt import GaitProblem, compass_biped
     >>> problem = GaitProblem(robot=compass_biped(), sequence="slip+ | slip+", friction=0.14, speed=0.6)
     >>> print(explain_impossibility(problem.sequence, problem))
-    all contacts slip forward all the time: friction 0.14 then changes the momentum along the ground in every step, and \
-no periodic gait exists unless friction is tan(slope) = 0
+    all contacts slip forward all the time: friction 0.14 then changes the momentum along the ground in every step, \
+and no periodic gait exists unless friction is tan(slope) = 0
     """
     modes = {*sequence.phases, sequence.impact}
     if any(mode.slips for mode in modes) and math.isinf(problem.friction):

@@ -25,7 +25,6 @@ from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, PENDING, explain_failure
 
-
 MOST_CONFLICTS = 2
 """Number of conflicting limits that are listed in a table."""
 
