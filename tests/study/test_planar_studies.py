@@ -178,3 +178,12 @@ def test_too_many_sequences_are_refused_with_the_number_of_shorter_ones(monkeypa
     monkeypatch.setattr("gaitopt.ocp.multicontact.planar_enumeration.MOST_SEQUENCES", 1)
     with pytest.raises(InputError, match=r"of at most 2 phases: name the sequences to solve in search\("):
         enumerate_planar_sequences(monopod(), 3)
+
+
+def test_searches_sweeps_and_solves_state_one_reason_of_an_impossible_sequence(problem):
+    sequence = "foot A slip+ |"
+    (finding,) = search(problem, sequences=[sequence], starts=1).findings
+    table = sweep(problem.replace(sequence=sequence), {"speed": [0.6]}, starts=1)
+    assert finding.status == table.status.values.item() == "impossible"
+    assert finding.reason == solve_planar(problem.replace(sequence=sequence)).solver.message
+    assert table.reason.values.item() == f"{finding.reason[0].upper()}{finding.reason[1:]}."
