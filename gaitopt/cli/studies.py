@@ -80,8 +80,9 @@ def search(
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
+    sequences = list_sequences(problem, max_phases)
     if not json:
-        count = format_count(len(list_sequences(problem, max_phases)), "contact sequence")
+        count = format_count(len(sequences), "contact sequence")
         err.print(f"search of {count} of at most {format_count(max_phases, 'phase')}", soft_wrap=True)
     with (
         worker_options(workers, scheduler) as team,
@@ -89,7 +90,7 @@ def search(
     ):
         ranking = search_sequences(
             problem,
-            max_phases=max_phases,
+            sequences=sequences,
             starts=starts,
             execution=team.execution(
                 _sequence_counter(display, problem, output),

@@ -76,8 +76,8 @@ def test_a_knee_that_the_foot_releases_takes_part_in_the_impact():
         ("foot stick > foot stick > flight |", "no mode changes after phase 1"),
         (
             "foot stick | flight |",
-            r"no contact closes in the impact after phase 1\. Add the contact that closes to phase 2, or write '>' for an "
-            "event without impact: 'foot stick > flight |'",
+            r"no contact closes in the impact after phase 1\. Add the contact that closes to phase 2, or write '>' for "
+            r"an event without impact: 'foot stick > flight \|'",
         ),
         (
             "foot stick |",

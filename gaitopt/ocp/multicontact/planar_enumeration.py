@@ -1,6 +1,5 @@
 """Enumeration of the contact sequences of a robot with several contacts."""
 
-import functools
 import itertools
 from collections.abc import Iterator
 
@@ -18,7 +17,6 @@ _FEET = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.FREE)
 _GUIDED = (Mode.CLOSED, Mode.FREE)
 
 
-@functools.lru_cache(maxsize=4)
 def enumerate_planar_sequences(robot: PlanarRobot, phases: int) -> tuple[PhaseSequence, ...]:
     """Return the contact sequences of a robot with at most `phases` phases, shorter ones first.
 
