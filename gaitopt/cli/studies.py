@@ -76,16 +76,21 @@ def search(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
+    from gaitopt.study.sequence_search.search import list_sequences
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
+    sequences = list_sequences(problem, max_phases)
+    if not json:
+        count = format_count(len(sequences), "contact sequence")
+        err.print(f"search of {count} of at most {format_count(max_phases, 'phase')}", soft_wrap=True)
     with (
         worker_options(workers, scheduler) as team,
         show_progress("search", hidden=json, counted="optimisations") as display,
     ):
         ranking = search_sequences(
             problem,
-            max_phases=max_phases,
+            sequences=sequences,
             starts=starts,
             execution=team.execution(
                 _sequence_counter(display, problem, output),

@@ -31,6 +31,10 @@ MOST_POINTS = 3
 """Number of points that are listed for each reason why points have no gait."""
 
 
+MOST_PENDING = 20
+"""Number of contact sequences without result that are listed after an interrupt."""
+
+
 def print_ranking(ranking: Ranking) -> None:
     """Print ranked contact sequences as a table, and the other ones with the reason."""
     ranked = [finding.gait for finding in ranking.findings if finding.ranked and finding.gait is not None]
@@ -39,11 +43,15 @@ def print_ranking(ranking: Ranking) -> None:
     unranked = Table(box=box.SIMPLE, pad_edge=False)
     for column in ("not ranked", "status", "reason"):
         unranked.add_column(column, no_wrap=column != "reason")
+    pending = 0
     for finding in ranking.findings:
-        if not finding.ranked:
-            unranked.add_row(str(finding.sequence), finding.status, finding.reason)
+        pending += finding.status == PENDING
+        if not finding.ranked and (finding.status != PENDING or pending <= MOST_PENDING):
+            unranked.add_row(str(finding.sequence), finding.status, finding.short_reason)
     if unranked.row_count:
         out.print(unranked)
+    if pending > MOST_PENDING:
+        out.print(f"{pending - MOST_PENDING} further pending")
 
 
 def _ranked_gaits(gaits: Sequence[Gait | PlanarGait]) -> Table:

@@ -177,13 +177,33 @@ def _mode(token: str, text: str) -> Mode:
         ) from None
 
 
+def _suggest_spelling(text: str) -> str:
+    """Return the spelling of a sequence whose phases or impact are separated by the wrong sign; empty if unknown.
+
+    The last sign is read as that of the impact, and the phases before it are separated by spaces.
+    """
+    *phases, impact = re.split(r"[>|]", text)
+    try:
+        sequence = _parse(f"{' '.join(phases)} | {impact}")
+    except SequenceError:
+        return ""
+    spelling = f"Phases are separated by spaces, and the impact by '|': '{sequence}'."
+    try:
+        sequence.check_periodic()
+    except SequenceError as error:
+        return f"{spelling} {error}"
+    return spelling
+
+
 @functools.lru_cache(maxsize=128)
 def _parse(text: str) -> ContactSequence:
     """Return the contact sequence of a text."""
     parts = text.split("|")
-    if len(parts) != 2:
+    if len(parts) != 2 or ">" in text:
+        excluded = ", and no '>'" if ">" in text else ""
         raise SequenceError(
-            f"The sequence {text!r} needs exactly one '|' between its phases and its impact. {_EXAMPLE}"
+            f"The sequence {text!r} needs exactly one '|' between its phases and its impact{excluded}. "
+            f"{_suggest_spelling(text) or _EXAMPLE}"
         )
     phases, impact = (tuple(_mode(token, text) for token in part.split()) for part in parts)
     if len(impact) != 1:

@@ -1,6 +1,7 @@
 """Contacts that are below the ground while they are armed, and touchdowns from below."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -182,6 +183,39 @@ def find_penetrations_of_parts(
                     )
                 )
     return penetrations
+
+
+def continue_swing(robot: "PlanarRobot", motion: PlanarMotion, penetration: Penetration) -> Penetration:
+    """Return a penetration with the rise of the whole swing, which may end in the next period.
+
+    Parameters
+    ----------
+    robot : PlanarRobot
+    motion : PlanarMotion
+        One period on a plane, after which the legs are exchanged if the robot has a mirror.
+    penetration : Penetration
+        As `find_penetrations` returns it for the motion.
+    """
+    if penetration.lands:
+        return penetration
+    following = list(_exchange_legs(robot, list_parts(robot, motion)))
+    contact, rise = robot.contact_names.index(penetration.contact), penetration.rise
+    for numbers, lands in list_swings(following, contact):
+        if numbers[0] > 0:
+            break
+        gaps = [sample_part(robot, motion.parameters, following[k], None)[1][contact] for k in numbers]
+        return replace(penetration, rise=max(rise, float(np.concatenate(gaps).max())), lands=lands)
+    return penetration
+
+
+def _exchange_legs(robot: "PlanarRobot", parts: Sequence[SampledPart]) -> Iterator[SampledPart]:
+    """Yield the parts of the next period, in the coordinates and contacts of the present one."""
+    mirror = np.eye(robot.n_q) if robot.mirror is None else np.array(robot.mirror.coordinates)
+    places = range(len(robot.contacts)) if robot.mirror is None else robot.mirror.contacts
+    for part in parts:
+        modes = tuple(part.modes[place] for place in places)
+        closing = frozenset(i for i, place in enumerate(places) if place in part.closing)
+        yield SampledPart(modes, part.time, mirror @ part.q, mirror @ part.v, closing)
 
 
 def list_swings(parts: Sequence[SampledPart], contact: int) -> Iterator[tuple[list[int], bool]]:

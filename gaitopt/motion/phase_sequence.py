@@ -124,7 +124,7 @@ impact that ends in 'slip+', contact 'foot B' does not change to mode 'stick'.
         elif not isinstance(text, str):
             raise SequenceError(f"A contact sequence must be text, got {text!r}. {_EXAMPLE}")
         elif robot is not None and _is_single_support(text):
-            sequence = _from_single_support(ContactSequence.parse(text), robot)
+            sequence = _from_single_support(text, robot)
         else:
             sequence = _parse(text, () if robot is None else robot.contact_names)
         return sequence if robot is None else sequence.check(robot)
@@ -280,20 +280,21 @@ def _suggest_entry(entry: str, modes: Sequence[str], contacts: Sequence[str]) ->
 
 
 def _is_single_support(text: str) -> bool:
-    """Return whether a text consists of modes of one foot only."""
-    parts = [part.split() for part in text.split("|")]
-    return len(parts) == 2 and all(part and {*part} <= {*_FEET, Mode.ANY.value} for part in parts)
+    """Return whether a text consists of modes of one foot only; its separators may be wrong."""
+    parts = [part.split() for part in re.split(r"[>|]", text)]
+    return len(parts) > 1 and all(part and {*part} <= {*_FEET, Mode.ANY.value} for part in parts)
 
 
-def _from_single_support(sequence: ContactSequence, robot: "PlanarRobot") -> PhaseSequence:
+def _from_single_support(text: str, robot: "PlanarRobot") -> PhaseSequence:
     """Return the sequence of a walker whose feet exchange, from that of its stance foot."""
     pairs = [] if robot.mirror is None else list(enumerate(robot.mirror.contacts))
     feet = [(i, j) for i, j in pairs if i < j and robot.contacts[i].slides]
     if len(feet) != 1:
         raise SequenceError(
-            f"The sequence {str(sequence)!r} does not name contacts, but robot {robot.name!r} does not have exactly "
+            f"The sequence {text!r} does not name contacts, but robot {robot.name!r} does not have exactly "
             f"one pair of feet that the mirror exchanges. {_EXAMPLE}"
         )
+    sequence = ContactSequence.parse(text)
     stance, landing = (robot.contact_names[place] for place in feet[0])
     phases = tuple(((stance, mode),) for mode in sequence.phases)
     continues = sequence.impact is sequence.phases[0] and not sequence.is_open
@@ -354,7 +355,18 @@ def _advise_impact(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -
         return (
             f"Robot {robot.name!r} has no mirror, so the legs are not exchanged before the first phase follows again: "
             "if the other leg lands, state mirror={...} of assemble_planar, or the phases of both legs. Write '>' for "
-            "an event without impact."
+            f"an event without impact{_spell_event(sequence, robot, number, impact=False)}."
         )
     following = "the first phase, before which the legs are exchanged," if is_last else f"phase {number + 2}"
-    return f"Add the contact that closes to {following}, or write '>' for an event without impact."
+    spelling = _spell_event(sequence, robot, number, impact=False)
+    return f"Add the contact that closes to {following}, or write '>' for an event without impact{spelling}."
+
+
+def _spell_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int, *, impact: bool) -> str:
+    """Return a colon and the sequence with or without an impact after a phase; empty if it is then impossible."""
+    events = list(sequence.events)
+    events[number] = PhaseEvent(impact)
+    try:
+        return f": '{replace(sequence, events=tuple(events)).check(robot)}'"
+    except SequenceError:
+        return ""

@@ -17,7 +17,7 @@ from gaitopt.motion.gait_table import (
     name_objective,
     round_margin,
 )
-from gaitopt.motion.ground_penetration import LEAST_DEPTH, find_penetrations
+from gaitopt.motion.ground_penetration import LEAST_DEPTH, Penetration, continue_swing, find_penetrations
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, find_support, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
@@ -103,13 +103,22 @@ def _depths(gait: PlanarGait) -> Facts:
         if deepest:
             text += f", and by up to {1e3 * deepest.depth:.3g} mm while it is armed"
             if not deepest.is_touchdown_from_below:
-                rise = f"{deepest.rise:.3g} m" if deepest.rise >= 1 else f"{1e3 * deepest.rise:.3g} mm"
-                text += f"; it then rises to {rise} above the ground"
-                text += ", a height greater than this depth, so that its touchdown is valid" if deepest.lands else ""
+                text += _describe_rise(continue_swing(gait.robot, gait.motion, deepest))
         elif name in conditional and gait.status is not Status.PLAN_INACCURATE:
             text += ", and is not armed there" if support else ", while it is not armed"
         facts.append(("below ground", text))
     return facts
+
+
+def _describe_rise(swing: Penetration) -> str:
+    """Return how high a contact rises after it is below the ground, until its touchdown."""
+    rise = f"{swing.rise:.3g} m" if swing.rise >= 1 else f"{1e3 * swing.rise:.3g} mm"
+    text = f"; it then rises to {rise} above the ground"
+    if not swing.lands:
+        return f"{text} by the end of the motion"
+    if swing.is_touchdown_from_below:
+        return f"{text}, a height not greater than this depth"
+    return f"{text}, a height greater than this depth, so that its touchdown is valid"
 
 
 def _grid(gait: PlanarGait) -> Facts:

@@ -11,6 +11,7 @@ from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.ocp.nlp.nlp_solver import NlpSolver
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.iteration_limits import RETRY, limit_iterations, limit_refinement
 from gaitopt.ocp.solution.single_start import solve_from_start
@@ -157,6 +158,8 @@ def _solve_problem(
     require_valid_step(problem.robot)
     if problem.sequence.is_open:
         return _solve_open(problem, starts or 1, solver, homotopy, observer)
+    if reason := explain_impossibility(problem.sequence, problem):
+        return _refuse(problem, reason, observer)
     if problem.stability is not None and _is_new(problem):
         return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
@@ -168,6 +171,15 @@ def _solve_problem(
     while not _is_finished(gaits, conclusions, starts or 1, _count_retries(problem)):
         gaits.append(solve_from_start(problem, _start(problem, len(gaits)), solver, observer, None, plans))
     return _best([*gaits, *conclusions])
+
+
+def _refuse(problem: GaitProblem, reason: str, observer: SolveObserver) -> Gait:
+    """Return the failure of a problem with an impossible contact sequence, after one iteration from its guess."""
+    gait = solve_from_start(problem, _start(problem, 0), Ipopt(max_iterations=1), observer)
+    if gait.status is Status.INTERRUPTED:
+        return gait
+    failure = gait.with_failure(Status.INFEASIBLE, reason)
+    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
 
 
 def _count_retries(problem: GaitProblem) -> int:

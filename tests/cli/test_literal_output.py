@@ -42,6 +42,7 @@ from gaitopt.continuation import OptimalBranch, OptimalDiagram, OptimalSpecialPo
 from gaitopt.control.law import passive
 from gaitopt.model import ClosedContact, solve_multicontact_impact
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
+from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarLimits, PlanarProblem
 from gaitopt.simulation import default_engine
 from gaitopt.simulation.hybrid_automaton import Walker
@@ -50,8 +51,8 @@ from gaitopt.stability.recovery import Recovery
 from gaitopt.stability.section import Section
 from gaitopt.status import Status
 from gaitopt.study.comparison import compare
-from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait
-from gaitopt.study.storage.failure_reason import UNFINISHED
+from gaitopt.study.sequence_search.ranking import RankedGait, Ranking, judge_gait, report_first_pass
+from gaitopt.study.storage.failure_reason import PENDING, UNFINISHED
 from gaitopt.tuning.controller_family import FamilySettings
 from gaitopt.tuning.record import Tuning
 from gaitopt.tuning.tuning_file import TunedGains
@@ -393,6 +394,37 @@ def test_a_ranking_prints_the_number_it_ranks_by(capsys):
     shown = capsys.readouterr().out
     assert "torque squared [N^2 m^2 s]" in shown
     assert "9.000000" in shown
+
+
+def test_an_interrupted_search_lists_some_of_the_pending_sequences_and_counts_the_others(capsys):
+    pending = [RankedGait(sequence=gait().sequence, status=PENDING, reason=UNFINISHED) for _ in range(25)]
+    ranking = Ranking((judge_gait(gait(), 5e-3, None), *pending), complete=False)
+    study_output.print_ranking(ranking)
+    shown = capsys.readouterr().out
+    assert len(re.findall("pending .*interrupted", shown)) == study_output.MOST_PENDING == 20
+    assert shown.rstrip().endswith("\n5 further pending")
+    assert len(ranking.records()) == 26
+    study_output.print_ranking(Ranking(tuple(pending[:20]), complete=False))
+    assert "further" not in capsys.readouterr().out
+
+
+def test_the_table_of_a_search_lists_the_most_informative_conflicts_and_its_record_all(capsys, monkeypatch):
+    vague = Conflict(
+        name="clearance", setting="PlanarLimits.clearance", limit=0.0, missing=0.1, sufficient=math.nan, unit="m",
+        separable=False,
+    )  # fmt: skip
+    alone = dataclasses.replace(vague, name="speed", setting="speed", limit=1.0, sufficient=0.5, separable=True)
+    verified = dataclasses.replace(alone, name="period", verified=True)
+    solver = dataclasses.replace(gait().solver, conflicts=(vague, vague, alone, verified))
+    failed = dataclasses.replace(gait(), status=Status.INFEASIBLE, solver=solver, verification=None)
+    finding = judge_gait(failed, 5e-3, None)
+    assert finding.short_reason == f"no gait found; {verified}; {alone}; and 2 more"
+    assert finding.record()["reason"] == f"no gait found; {vague}; {vague}; {alone}; {verified}"
+    first_pass = report_first_pass(failed.sequence, failed)
+    assert first_pass.short_reason == f"first solve: no gait found; {verified}; {alone}; and 2 more"
+    monkeypatch.setattr(output.out.console, "width", 1000)
+    study_output.print_ranking(Ranking((finding,), complete=True))
+    assert finding.short_reason in capsys.readouterr().out
 
 
 def test_an_interrupted_sweep_shows_the_computed_points_and_counts_the_other_ones(capsys):

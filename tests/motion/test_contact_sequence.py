@@ -54,6 +54,10 @@ def test_the_reference_sequence():
         ("stik | stick", "unknown mode 'stik'. Did you mean 'stick'?"),
         ("stick free | stick", "contains 'free'"),
         ("stick | free", "contains 'free'"),
+        ("slip+ > slip+", "no '>'. Phases are separated by spaces, and the impact by '|': 'slip+ | slip+'."),
+        ("slip+ > stick | slip+", "the impact by '|': 'slip+ stick | slip+'."),
+        ("slip+ | stick | slip+", "the impact by '|': 'slip+ stick | slip+'."),
+        ("slip+ > slip-", "the impact by '|': 'slip+ | slip-'. The sequence 'slip+ | slip-' is not periodic"),
         ("Stick | stick", "unknown mode 'Stick'"),
     ],
 )

@@ -76,7 +76,8 @@ def test_a_knee_that_the_foot_releases_takes_part_in_the_impact():
         ("foot stick > foot stick > flight |", "no mode changes after phase 1"),
         (
             "foot stick | flight |",
-            r"no contact closes in the impact after phase 1\. Add the contact that closes to phase 2, or write '>'",
+            r"no contact closes in the impact after phase 1\. Add the contact that closes to phase 2, or write '>' for "
+            r"an event without impact: 'foot stick > flight \|'",
         ),
         (
             "foot stick |",
@@ -92,6 +93,11 @@ def test_a_knee_that_the_foot_releases_takes_part_in_the_impact():
 def test_an_impossible_sequence_is_refused_with_a_sentence(text, message):
     with pytest.raises(SequenceError, match=message):
         PhaseSequence.parse(text, monopod())
+
+
+def test_wrong_separators_of_the_short_form_are_named_with_the_right_spelling():
+    with pytest.raises(SequenceError, match=r"Phases are separated by spaces, .*: 'slip\+ stick \| slip\+'"):
+        PhaseSequence.parse("slip+ > stick > slip+", compass_with_two_feet())
 
 
 def test_a_short_form_needs_a_pair_of_feet():

@@ -1,11 +1,20 @@
 """Contacts that are below the ground while they are armed: depths, touchdowns from below, plan, replay and messages."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.motion.ground_penetration import Penetration, SampledPart, find_penetrations, find_penetrations_of_parts
-from gaitopt.motion.planar_gait_table import tabulate_planar_gait
+from gaitopt.motion import ground_penetration
+from gaitopt.motion.ground_penetration import (
+    Penetration,
+    SampledPart,
+    continue_swing,
+    find_penetrations,
+    find_penetrations_of_parts,
+)
+from gaitopt.motion.planar_gait_table import _describe_rise, tabulate_planar_gait
 from gaitopt.ocp import solve_planar
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.ocp.multicontact.planar_remarks import report_penetrations
@@ -172,3 +181,32 @@ def test_the_second_replay_accepts_a_robot_with_one_actuator():
     rates = [solver.accelerate(Contacts((), ()), state, np.array([torque]))[0] for torque in (0.0, 2.0)]
     mass, _, actuation = (np.array(part) for part in robot.dynamics(q, v, solver.p))
     assert mass @ (rates[1] - rates[0]) == pytest.approx(2 * actuation.ravel())
+
+
+@pytest.mark.parametrize("lands", [False, True])
+def test_the_rise_of_a_swing_that_lasts_into_the_next_period_includes_it(monkeypatch, lands):
+    """Heel b is in the next period what heel a is in this one."""
+    robot, values = heel_toe_walker(0.2), heel_toe_walker(0.2).resolve({})
+    part = part_of(np.polynomial.Polynomial([-0.002]), 0.15, closing=["heel a"] if lands else [])
+    monkeypatch.setattr(ground_penetration, "list_parts", lambda robot, motion: [part])
+    (penetration,) = penetrations_of(part)
+    swing = continue_swing(robot, SimpleNamespace(parameters=values), penetration)
+    gap = float(robot.gaps(part.q[:, 0], robot.vector(values))[0][robot.contact_index("heel a")])
+    assert penetration.rise == pytest.approx(-0.002)
+    assert not penetration.lands
+    assert swing.rise == pytest.approx(gap)
+    assert swing.lands is lands
+    assert continue_swing(robot, SimpleNamespace(parameters=values), swing).rise == swing.rise
+
+
+@pytest.mark.parametrize(
+    ("rise", "lands", "ending"),
+    [
+        (3e-3, True, "3 mm above the ground, a height greater than this depth, so that its touchdown is valid"),
+        (1e-3, True, "1 mm above the ground, a height not greater than this depth"),
+        (3e-3, False, "3 mm above the ground by the end of the motion"),
+    ],
+)
+def test_the_table_states_the_swing_to_which_a_rise_belongs(rise, lands, ending):
+    swing = Penetration(contact=HEEL, begin=0.3, deepest=0.4, depth=2e-3, rise=rise, lands=lands)
+    assert _describe_rise(swing) == f"; it then rises to {ending}"

@@ -6,14 +6,19 @@ import math
 import casadi as ca
 import pytest
 
-from gaitopt import Collocation, InputError, Parameter
-from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, check_planar
+from gaitopt import Collocation, InputError, Ipopt, Parameter
+from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, check_planar, monopod
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarProblem, solve_planar
-from gaitopt.ocp.multicontact.planar_remarks import report_unarmed_contacts, report_unmet_arming
+from gaitopt.ocp.multicontact.planar_remarks import (
+    report_soft_touchdowns,
+    report_unarmed_contacts,
+    report_unmet_arming,
+)
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.stability import PlanarWalkProblem
+from gaitopt.status import Status
 
 MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
 
@@ -115,6 +120,34 @@ def test_straight_legs_without_arming_condition_have_the_remedy():
     assert remark.startswith("foot b must stay above the ground while free: a foot of a straight leg")
     assert report_unarmed_contacts(problems[1], [clearance]) == ()
     assert report_unarmed_contacts(problems[0], [dataclasses.replace(clearance, setting="speed")]) == ()
+    assert report_unarmed_contacts(problems[0], ()) == (f"possible cause: {remark}",)
+    assert report_unarmed_contacts(problems[1], ()) == ()
+
+
+@pytest.mark.parametrize("armed", [False, True])
+def test_a_failed_solve_without_conflicts_names_the_missing_arming_condition(armed):
+    walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4, "transcription": Collocation(intervals=4)}
+    problem = PlanarProblem(robot=make_biped(armed=armed), sequence="foot a stick |", **walk)
+    gait = solve_planar(problem, solver=Ipopt(max_iterations=2))
+    assert gait.status is Status.ITERATION_LIMIT
+    assert gait.solver.conflicts == ()
+    assert any(text.startswith("possible cause: foot b must") for text in gait.solver.warnings) is not armed
+
+
+def test_a_foot_that_swings_while_no_other_one_is_on_the_ground_needs_no_arming_condition():
+    problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0, speed=1.0)
+    assert report_unarmed_contacts(problem, ()) == ()
+
+
+def test_a_failed_solve_names_a_soft_touchdown_with_the_sequence_of_an_impact():
+    walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4, "transcription": Collocation(intervals=10)}
+    problem = PlanarProblem(robot=make_biped(), sequence="foot a stick >", **walk)
+    gait = solve_planar(problem, solver=Ipopt(max_iterations=2))
+    (remark,) = report_soft_touchdowns(problem)
+    assert remark.startswith("foot b closes at '>', that is without impulse")
+    assert remark.endswith("For a touchdown with an impact, write '|': 'foot a stick |'.")
+    assert remark in gait.solver.warnings
+    assert report_soft_touchdowns(problem.replace(sequence="foot a stick |")) == ()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Sweeps and searches over the gaits of robots with several contacts."""
 
+import re
 import signal
 
 import numpy as np
@@ -104,13 +105,13 @@ def test_the_gaits_of_a_sweep_are_stored_and_an_interrupted_one_is_resumed(probl
 
 
 def test_the_gaits_of_a_search_are_stored_and_not_solved_again(problem, tmp_path):
-    sequences, counts = ["foot A stick |", "foot A slip+ |"], []
+    sequences, counts = ["foot A stick |", "foot A slip+ > foot A stick |"], []
     search(problem.replace(friction=0.3), sequences=sequences, starts=1, directory=tmp_path)
     stored = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.h5")}
-    assert {file.stem for file in stored} == {"foot_A_stick__", "foot_A_slip+__"}
+    assert {file.stem for file in stored} == {"foot_A_stick__", "foot_A_slip+_-_foot_A_stick__"}
     again = search(
         problem.replace(friction=0.3, sequence="foot A any |"),
-        sequences=["foot A stick |", "foot A slip+ |"],
+        sequences=["foot A stick |", "foot A slip+ > foot A stick |"],
         starts=1,
         directory=tmp_path,
         execution=Execution(observer=lambda *n: counts.append(n)),
@@ -178,3 +179,14 @@ def test_too_many_sequences_are_refused_with_the_number_of_shorter_ones(monkeypa
     monkeypatch.setattr("gaitopt.ocp.multicontact.planar_enumeration.MOST_SEQUENCES", 1)
     with pytest.raises(InputError, match=r"of at most 2 phases: name the sequences to solve in search\("):
         enumerate_planar_sequences(monopod(), 3)
+
+
+def test_searches_sweeps_and_solves_state_one_reason_of_an_impossible_sequence(problem):
+    sequence = "foot A slip+ |"
+    (finding,) = search(problem, sequences=[sequence], starts=1).findings
+    slipping = problem.replace(sequence=sequence)
+    assert finding.status == "impossible"
+    assert finding.reason == solve_planar(slipping).solver.message
+    assert finding.reason.startswith("all contacts slip forward all the time: friction 1 then")
+    with pytest.raises(InputError, match=re.escape(f"A{finding.reason[1:]}.")):
+        sweep(slipping, {"speed": [0.6]}, starts=1)

@@ -1,14 +1,16 @@
 """Contact sequences: the possible ones, the impossible ones, and degenerate cases of others."""
 
+import math
 from dataclasses import replace
 
 import pytest
 
-from gaitopt import ContactSequence, InputError, search, sweep
+from gaitopt import ContactSequence, InputError, search, solve, sweep
+from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
+from gaitopt.status import Status
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
     enumerate_sequences,
-    explain_impossibility,
     is_degenerate,
     neighbours,
 )
@@ -66,3 +68,20 @@ def test_phases_at_their_shortest_are_seen_through(slip_gait):
     assert str(is_degenerate(slip_gait, slip.duration)) == "stick | stick"
     backward = replace(slip_gait, motion=replace(slip_gait.motion, segments=(slip, stick, slip)))
     assert str(is_degenerate(backward, stick.duration / 2)) == "stick | stick"
+
+
+def test_a_solve_states_the_reason_of_a_search(problem):
+    (finding,) = search(problem, sequences=["slip+ | slip+"], starts=1).findings
+    gait = solve(problem.replace(sequence="slip+ | slip+"))
+    assert (finding.status, gait.status) == ("impossible", Status.INFEASIBLE)
+    assert gait.solver.message == finding.reason
+    assert "all contacts slip forward all the time: friction" in finding.reason
+    assert gait.solver.iterations <= 1
+    assert gait.solver.violations == ()
+
+
+def test_a_slope_that_balances_friction_allows_slip_in_one_direction(problem):
+    downhill = problem.replace(slope=0.1, friction=math.tan(0.1), sequence="slip+ | slip+")
+    assert explain_impossibility(downhill.sequence, downhill) == ""
+    assert explain_impossibility(downhill.sequence, downhill.replace(friction=0.2))
+    assert explain_impossibility(downhill.sequence, downhill.replace(friction=0.2, slope=(0.0, 0.3))) == ""

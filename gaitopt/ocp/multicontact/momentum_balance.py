@@ -7,9 +7,7 @@ import numpy as np
 from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
-
-BALANCED = 1e-6
-"""Difference of friction and tangent of the slope up to which gravity may balance the friction of a one-way slip."""
+from gaitopt.ocp.solution.impossible_sequences import describe_one_way_slip
 
 
 def explain_one_way_slip(problem: PlanarProblem) -> str | None:
@@ -36,26 +34,14 @@ no periodic gait exists unless friction is tan(slope) = 0
     True
     """
     robot, sequence = problem.robot, problem.sequence
-    if (
-        robot.travel is None
-        or sequence.is_open
-        or {"friction", "slope"} & set(problem.free)
-        or not _is_free_along_ground(problem)
-    ):
+    if robot.travel is None or sequence.is_open or {"friction", "slope"} & set(problem.free):
         return None
     states = list(sequence.states(robot))
     states += [sequence.outcome(robot, number) for number, event in enumerate(sequence.events) if event.impact]
     signs = {sign for state in states for sign in _slip_signs(problem, state)}
-    if len(signs) != 1 or 0 in signs:
+    if len(signs) != 1 or 0 in signs or not _is_free_along_ground(problem):
         return None
-    sign, grade = signs.pop(), math.tan(problem.slope)
-    if abs(sign * problem.friction - grade) <= BALANCED:
-        return None
-    return (
-        f"all contacts slip {'forward' if sign > 0 else 'backward'} all the time: friction {problem.friction:g} then "
-        "changes the momentum along the ground in every step, and no periodic gait exists unless friction is "
-        f"{'' if sign > 0 else '-'}tan(slope) = {sign * grade + 0.0:.4g}"
-    )
+    return describe_one_way_slip(signs.pop(), problem.friction, problem.slope) or None
 
 
 def _slip_signs(problem: PlanarProblem, state: ContactState) -> set[int]:

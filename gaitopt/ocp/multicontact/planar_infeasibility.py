@@ -24,7 +24,6 @@ from gaitopt.ocp.multicontact.planar_relaxable import ARMED, list_planar_limits,
 from gaitopt.ocp.multicontact.planar_remarks import (
     report_implausible_robot,
     report_suspects,
-    report_unarmed_contacts,
     report_unmet_arming,
 )
 from gaitopt.ocp.multicontact.planar_start import planar_start, set_start_parameters
@@ -240,7 +239,6 @@ def conclude_planar_failure(
         conflicts=conflicts,
         warnings=(
             *failure.solver.warnings,
-            *report_unarmed_contacts(problem, conflicts),
             *report_unmet_arming(problem, conflicts),
             *report_suspects(problem, conflicts),
         ),

@@ -9,6 +9,7 @@ from typing import Any
 from gaitopt.errors import InputError
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -71,9 +72,14 @@ def search_planar_sequences(
     problems, findings = dict[PhaseSequence, PlanarProblem](), list[RankedGait]()
     for sequence in tried:
         try:
-            problems[sequence] = problem.replace(sequence=sequence)
+            candidate = problem.replace(sequence=sequence)
+            reason = explain_one_way_slip(candidate)
         except InputError as error:
-            findings.append(RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=str(error)))
+            reason = str(error)
+        if reason is None:
+            problems[sequence] = candidate
+        else:
+            findings.append(RankedGait(sequence=sequence, status=IMPOSSIBLE, reason=reason))
     tasks = [Task(name_file(sequence), (sequence, starts), label=str(sequence)) for sequence in problems]
     running = run_tasks(_solve, tasks, problem, known=kept, execution=execution)
     lost = collect_tasks(running, kept, tasks, execution.observer, known_suffice=True).failures

@@ -25,6 +25,9 @@ from gaitopt.study.multistart import objective
 from gaitopt.study.sequence_search.sequence_enumeration import is_degenerate
 from gaitopt.study.storage.failure_reason import MERGED, PENDING, explain_failure
 
+MOST_CONFLICTS = 2
+"""Number of conflicting limits that are listed in a table."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RankedGait:
@@ -65,6 +68,15 @@ class RankedGait:
     def ranked(self) -> bool:
         """Whether its gait is solved, passes its replay, and does not degenerate to another contact sequence."""
         return self.status == "solved"
+
+    @property
+    def short_reason(self) -> str:
+        """Reason with the most informative conflicting limits only; :meth:`record` contains all."""
+        if self.gait is None or not self.gait.solver.conflicts:
+            return self.reason
+        return self.reason.replace(
+            explain_failure(self.gait), explain_failure(self.gait, most_conflicts=MOST_CONFLICTS)
+        )
 
     def record(self) -> dict[str, Any]:
         """Return the result as plain data."""

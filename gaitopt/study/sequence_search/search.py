@@ -12,6 +12,7 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
 from gaitopt.ocp.solution.start_selection import SAME_COST
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parallel.execution import Execution
@@ -38,7 +39,6 @@ from gaitopt.study.sequence_search.ranking import (
 from gaitopt.study.sequence_search.sequence_enumeration import (
     closed_sequences,
     enumerate_sequences,
-    explain_impossibility,
     neighbours,
 )
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, UNFINISHED
@@ -131,6 +131,33 @@ def search(
             kept.keep_only(map(file_name_of, tried))
         save_ranking(ranking, kept.path / RANKING)
     return ranking
+
+
+def list_sequences(
+    problem: GaitProblem | PlanarProblem, max_phases: int
+) -> tuple[ContactSequence, ...] | tuple[PhaseSequence, ...]:
+    """Return all contact sequences that a search ranks, impossible ones included.
+
+    Parameters
+    ----------
+    problem : GaitProblem or PlanarProblem
+    max_phases : int
+        Largest number of phases.
+
+    Raises
+    ------
+    InputError
+        If the number is invalid, or the sequences of the robot cannot be enumerated.
+
+    Examples
+    --------
+    >>> from gaitopt import GaitProblem, compass_biped
+    >>> len(list_sequences(GaitProblem(robot=compass_biped(), sequence="stick | stick"), 2))
+    15
+    """
+    if isinstance(problem, PlanarProblem):
+        return list_planar_sequences(problem, max_phases, None)
+    return enumerate_sequences(max_phases)
 
 
 def _solve_sequences(

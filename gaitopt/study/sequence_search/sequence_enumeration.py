@@ -2,14 +2,12 @@
 
 import functools
 import itertools
-import math
 from collections.abc import Iterable, Iterator
 
 from gaitopt.errors import SequenceError
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
-from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.transcription.method import check_count
 
 _MODES = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
@@ -66,25 +64,6 @@ def periodic_sequence(phases: tuple[Mode, ...], impact: Mode) -> ContactSequence
         return ContactSequence(phases, impact).check_periodic()
     except SequenceError:
         return None
-
-
-def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> str:
-    """Return why no periodic gait of a problem can have a contact sequence, or "" if no known reason applies.
-
-    Over a periodic step the tangential contact impulse balances the impulse of gravity along the slope, and the normal
-    one that across it: their ratio is -tan(slope).  If the foot slips in one direction in every phase and at the
-    impact, the ratio is the friction coefficient instead.
-    """
-    modes = {*sequence.phases, sequence.impact}
-    if any(mode.slips for mode in modes) and math.isinf(problem.friction):
-        return "a foot cannot slip on infinite friction"
-    if len(modes) > 1 or Mode.STICK in modes or isinstance(problem.slope, tuple):
-        return ""
-    sign = sequence.impact.sign
-    if math.isclose(sign * problem.friction, math.tan(problem.slope), rel_tol=1e-9):
-        return ""
-    way = "forward" if sign > 0 else "backward"
-    return f"a foot that always slips {way} gains or loses speed in every step"
 
 
 def neighbours(sequence: ContactSequence) -> tuple[ContactSequence, ...]:

@@ -1,6 +1,10 @@
 """Status of a grid point or contact sequence of a study, and reasons of failure."""
 
+import math
+from collections.abc import Sequence
+
 from gaitopt.errors import join_reasons
+from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import IMPLAUSIBLE, Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
@@ -12,8 +16,14 @@ degenerates to another sequence; all others have the status of their gait."""
 UNFINISHED = "the study was interrupted before this result was computed"
 
 
-def explain_failure(gait: Gait | PlanarGait) -> str:
+def explain_failure(gait: Gait | PlanarGait, *, most_conflicts: int | None = None) -> str:
     """Return why a gait is not a solution; empty for a solution.
+
+    Parameters
+    ----------
+    gait : Gait or PlanarGait
+    most_conflicts : int, optional
+        Largest number of conflicting limits that are listed; by default all.
 
     Examples
     --------
@@ -28,10 +38,41 @@ def explain_failure(gait: Gait | PlanarGait) -> str:
     if gait.solver.message == IMPLAUSIBLE:
         return f"no gait found; {IMPLAUSIBLE}: {gait.solver.warnings[0]}"
     if gait.solver.conflicts:
-        return "no gait found; " + join_reasons(gait.solver.conflicts)
+        return "no gait found; " + list_conflicts(gait.solver.conflicts, most_conflicts)
     if gait.status is Status.PLAN_INACCURATE:
         return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     if gait.solver.violations:
         worst = gait.solver.violations[0]
         return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
     return f"{gait.status.hint} ({gait.solver.message})"
+
+
+def list_conflicts(conflicts: Sequence[Conflict], most: int | None = None) -> str:
+    """Return conflicting limits as a text: all of them, or the most informative ones and the number of the others.
+
+    A limit with a value that suffices alone is more informative than one without, most of all if a gait was verified
+    with this value.
+
+    Parameters
+    ----------
+    conflicts : sequence of Conflict
+    most : int, optional
+        Largest number that is listed.
+
+    Examples
+    --------
+    >>> limits = [
+    ...     Conflict(name=name, setting=name, limit=3.0, missing=1.0, sufficient=2.0, unit="m/s", separable=alone)
+    ...     for name, alone in (("a", False), ("speed", True), ("b", False))
+    ... ]
+    >>> list_conflicts(limits, 1)
+    'speed is 3 m/s: 2 m/s alone would suffice; and 2 more'
+    """
+    if most is None or len(conflicts) <= most:
+        return join_reasons(conflicts)
+
+    def is_vague(conflict: Conflict) -> tuple[bool, bool, bool]:
+        return not conflict.separable, math.isnan(conflict.sufficient), conflict.verified is not True
+
+    listed = sorted(conflicts, key=is_vague)[:most]
+    return f"{join_reasons(listed)}; and {len(conflicts) - most} more"

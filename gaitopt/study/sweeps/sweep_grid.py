@@ -18,10 +18,11 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.motion.phase_sequence import PhaseSequence
+from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
 from gaitopt.parallel.task_graph import Task
-from gaitopt.study.sequence_search.sequence_enumeration import explain_impossibility
 
 FIELDS = {"friction": "1", "speed": "m/s", "step_length": "m", "slope": "rad"}
 """Fields of a problem that can be axes, with their units; parameters of the robot can be axes, too."""
@@ -151,7 +152,11 @@ class SweepGrid:
             except InputError as error:
                 reasons[point] = str(error)
                 continue
-            if isinstance(problem, GaitProblem) and (reason := explain_impossibility(problem.sequence, problem)):
+            if isinstance(problem, GaitProblem):
+                reason = explain_impossibility(problem.sequence, problem)
+            else:
+                reason = explain_one_way_slip(problem) or ""
+            if reason:
                 reasons[point] = f"{reason[0].upper()}{reason[1:]}."
         return reasons
 
