@@ -240,9 +240,9 @@ def describe_diagram(diagram: "BranchDiagram | OptimalDiagram", width: float) ->
         facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
     for name, value in getattr(diagram, "targets", {}).items():
         facts.append(f"{name.replace('_', ' ')} {value:.4g} {'m/s' if name == 'speed' else 'm'}")
-    letters = min(LINE, int(LETTERS_PER_INCH * (width - AXIS_WIDTH)))
+    letters = int(LETTERS_PER_INCH * (width - AXIS_WIDTH))
     text = ", ".join(fact.replace(" ", NO_BREAK) for fact in facts)
-    changes = _describe_changes(diagram, letters)
+    changes = _describe_changes(diagram, min(LINE, letters))
     return textwrap.fill(text, letters).replace(NO_BREAK, " ") + (f"\n{changes}" if changes else "")
 
 
