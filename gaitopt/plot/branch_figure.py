@@ -228,15 +228,22 @@ def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
 
 
 def describe_diagram(diagram: "BranchDiagram | OptimalDiagram", width: float) -> str:
-    """Return the title: the robot, and slope and friction unless they are varied; below, what is not the default."""
+    """Return the title: the robot, and slope, friction, speed and step length unless they are varied or not fixed.
+
+    Below is what is not the default.
+    """
     values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
     if "slope" in values and diagram.parameter != "slope":
         facts.append(f"slope {math.degrees(values['slope']):.4g} deg")
     if "friction" in values and diagram.parameter != "friction":
         friction = values["friction"]
         facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
-    changes = _describe_changes(diagram, min(LINE, int(LETTERS_PER_INCH * (width - AXIS_WIDTH))))
-    return ", ".join(facts) + (f"\n{changes}" if changes else "")
+    for name, value in getattr(diagram, "targets", {}).items():
+        facts.append(f"{name.replace('_', ' ')} {value:.4g} {'m/s' if name == 'speed' else 'm'}")
+    letters = int(LETTERS_PER_INCH * (width - AXIS_WIDTH))
+    text = ", ".join(fact.replace(" ", NO_BREAK) for fact in facts)
+    changes = _describe_changes(diagram, min(LINE, letters))
+    return textwrap.fill(text, letters).replace(NO_BREAK, " ") + (f"\n{changes}" if changes else "")
 
 
 def _describe_changes(diagram: "BranchDiagram | OptimalDiagram", letters: int) -> str:

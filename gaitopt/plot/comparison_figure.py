@@ -1,5 +1,6 @@
 """The figure of a comparison: overlaid trajectories of gaits, and the terms of their costs of transport."""
 
+import re
 import textwrap
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -39,15 +40,22 @@ TERMS = (
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
-MOST_LABELS, LABEL_LETTERS, LABEL_LINES, LABEL_WIDTH, AXIS_WIDTH = 3, 14, 6, 0.8, 0.6
-"""Bars with labels below them; letters in a line of such a label, and its lines; widths of one, and of an axis with
-numbers [inch]."""
+MOST_LABELS, LABEL_LINES, LABEL_WIDTH, NUMBER_WIDTH, AXIS_WIDTH, AXIS_SPACE = 3, 6, 0.8, 0.55, 0.6, 0.4
+"""Bars with labels below them, and lines of such a label; widths of one, of the number above a bar, of an axis with
+label and numbers, and of one with numbers [inch]."""
 
-LONGEST_COLUMN, TITLE_LETTERS = 7, 22
-"""Rows above bars beyond which they are in two columns, with their labels above them; letters in a line of these."""
+LETTER_SHARE = 0.58
+"""Mean width of a letter over the size of letters."""
 
-ROW_HEIGHT, NARROW_ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT = 1.0, 0.85, 2.2, 0.9
-"""Heights of a row beside bars and above bars, of bars below the rows, and of legend and axis labels [inch]."""
+NUMBER_SHARES = (0.1, 0.28)
+"""Shares of the height of the bars' axis for horizontal and for vertical numbers above them."""
+
+LONGEST_COLUMN = 7
+"""Rows above bars beyond which they are in two columns, with their labels above them."""
+
+ROW_HEIGHT, NARROW_ROW_HEIGHT, BARS_HEIGHT, EDGES_HEIGHT, KEY_HEIGHT = 1.0, 0.85, 2.2, 0.9, 0.35
+"""Heights of a row beside bars and above bars, of bars below the rows, of legend and axis labels, and of a legend that
+these include [inch]."""
 
 DRAWN_UNITS = {"rad": "deg", "m": "m"}
 """Unit in which coordinates of a unit are drawn."""
@@ -60,10 +68,11 @@ Row = tuple[str, Callable[[MotionView], list[Array]]]
 def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None) -> "Figure":
     """Overlay gaits as functions of the percentage of the step, and draw the terms of their costs of transport as bars.
 
-    For gaits of several robots, the coordinates and actuators that all of them have are drawn.  Of several feet on the
-    ground, the force ratio and the speed are those of the foot for which they are largest.  If a robot does not travel,
-    the bars are energies per period.  A colour means one gait in all rows; bars of a column figure are drawn below the
-    rows, otherwise beside them.  More than seven rows of a column figure are drawn in two columns.
+    For gaits of several robots, the coordinates and actuators that all of them have are drawn. Of several feet on
+    the ground, the force ratio and the speed are those of the foot for which they are largest; the speed is drawn
+    if a foot slips. If a robot does not travel, the bars are energies per period. A colour means one gait in all
+    rows; bars of a column figure are drawn below the rows, otherwise beside them. More than seven rows of a column
+    figure are drawn in two columns.
 
     Parameters
     ----------
@@ -99,12 +108,15 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
         rows = _rows(comparison, unit_line=True)
     with style.figure(min(height, style.tallest)) as figure:
         grid, place = _divide_page(figure, len(rows), above, narrow=narrow)
-        axes = _draw_rows(figure, grid[0].subgridspec(-(-len(rows) // columns), columns), rows, comparison)
+        letter = LETTER_SHARE * (style.font_size - 0.5) / 72
+        places = grid[0].subgridspec(-(-len(rows) // columns), columns)
+        axes = _draw_rows(figure, places, rows, comparison, int((style.width / 2 - AXIS_SPACE) / letter))
         handles, labels = axes[0].get_legend_handles_labels()
-        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        more = max(legend.get_window_extent().height / figure.dpi - KEY_HEIGHT, 0.0)
+        figure.set_figheight(min(height + more, style.tallest))
         space = (style.width if narrow else style.width / (1 + RATIO)) - AXIS_WIDTH
-        most_labels = min(MOST_LABELS, int(space / LABEL_WIDTH))
-        _draw_costs(figure.add_subplot(place), comparison, columns=1 + 2 * narrow, most_labels=most_labels)
+        _draw_costs(figure.add_subplot(place), comparison, columns=1 + 2 * narrow, space=space, letter=letter)
     return figure
 
 
@@ -119,11 +131,15 @@ def _divide_page(figure: "Figure", rows: int, above: float, *, narrow: bool) -> 
 
 
 def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
-    """Return the rows; the unit of a torque is on a separate line where rows are less high than its label is long."""
+    """Return the rows; labels have more lines where rows are less high than a label is long."""
     torque = "torque\n[N m]" if unit_line else "torque [N m]"
     views = [view_motion(gait.motion) for gait in comparison.gaits.values()]
     coordinates = _list_common([[each for unit in ("rad", "m") for _, each in view.channels(unit)] for view in views])
     force = torque.replace("torque", "force").replace("N m", "N")
+    speed: Row = (
+        "foot\nspeed\n[m/s]" if unit_line else "foot speed\n[m/s]",
+        lambda view: [_find_largest(part, view, _sample_speed) for part in view.segments],
+    )
     return [
         *(
             (f"{_folded_name(one.name)}[{'deg' if one.unit == 'rad' else 'm'}]", _coordinate(one))
@@ -133,8 +149,11 @@ def _rows(comparison: Comparison, *, unit_line: bool) -> list[Row]:
             (f"{angle_symbol(one.name)}\n{torque if one.unit == 'N m' else force}", _torque(one))
             for one in _list_common([view.actuators for view in views])
         ),
-        ("force ratio", lambda view: [_find_largest(part, view, _sample_ratio) for part in view.segments]),
-        ("foot speed\n[m/s]", lambda view: [_find_largest(part, view, _sample_speed) for part in view.segments]),
+        (
+            "force\nratio" if unit_line else "force ratio",
+            lambda view: [_find_largest(part, view, _sample_ratio) for part in view.segments],
+        ),
+        *([speed] if any(part.slipping for view in views for part in view.segments) else []),
     ]
 
 
@@ -149,11 +168,15 @@ def _folded_name(name: str) -> str:
     return f"{symbol} " if symbol.startswith("$") else f"{symbol}\n"
 
 
-def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Comparison) -> "list[Axes]":
-    """Draw the rows of all gaits over the step in a grid of one column or of two."""
+def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Comparison, letters: int) -> "list[Axes]":
+    """Draw the rows of all gaits over the step in a grid of one column, or of two, both of which end at the bottom.
+
+    The labels of two columns are above the rows, in lines of a number of letters.
+    """
     drawn: list[Axes] = []
     for number, (label, read) in enumerate(rows):
         column, row = divmod(number, grid.nrows)
+        row += column * (2 * grid.nrows - len(rows))
         axes = figure.add_subplot(grid[row, column], sharex=drawn[0] if drawn else None)
         drawn.append(axes)
         for place, (name, gait) in enumerate(comparison.gaits.items()):
@@ -163,9 +186,9 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
         if grid.ncols == 1:
             axes.set_ylabel(label)
         else:
-            title = textwrap.fill(label.replace("\n", " ").replace("N m", f"N{NO_BREAK}m"), TITLE_LETTERS)
+            title = textwrap.fill(label.replace("\n", " ").replace("N m", f"N{NO_BREAK}m"), letters)
             axes.set_title(title.replace(NO_BREAK, " "), loc="left", pad=2)
-        axes.tick_params(labelbottom=row == grid.nrows - 1 or number == len(rows) - 1)
+        axes.tick_params(labelbottom=row == grid.nrows - 1)
         if row == grid.nrows - 1:
             axes.set_xlabel("fraction of the step [%]")
     drawn[0].set_xlim(0, 100)
@@ -210,8 +233,11 @@ def _sample_speed(part: PhaseView, feet: list[int]) -> Array:
     return part.slip_speeds[feet[0]]
 
 
-def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labels: int) -> None:
-    """Draw the cost of transport of each gait as a stack of its terms; the energy if a robot does not travel."""
+def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, space: float, letter: float) -> None:
+    """Draw the cost of transport of each gait as a stack of its terms; the energy if a robot does not travel.
+
+    The axis and a letter of its labels have the given widths [inch].
+    """
     per_distance = all(gait.step_length for gait in comparison.gaits.values())
     terms = [_cost_terms(gait, per_distance=per_distance) for gait in comparison.gaits.values()]
     places = np.arange(len(terms))
@@ -223,8 +249,12 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
         base = np.where(height > 0, above, below)
         axes.bar(places, height, 0.6, bottom=base, color=color, hatch=hatch, edgecolor="white", label=label)
         above, below = above + np.maximum(height, 0), below + np.minimum(height, 0)
-    labels = [_wrap_label(label) for label in comparison.gaits]
-    labelled = len(terms) <= most_labels and all(label.count("\n") < LABEL_LINES for label in labels)
+    width = space / (len(terms) + 0.2)
+    letters = max(int(width / letter) - 1, 1)
+    labels = [_wrap_label(label, letters) for label in comparison.gaits]
+    fitting = all(label.count("\n") < LABEL_LINES and _longest_line(label) <= letters for label in labels)
+    labelled = fitting and len(terms) <= min(MOST_LABELS, int(space / LABEL_WIDTH))
+    vertical = width < NUMBER_WIDTH
     for place, term in zip(places, terms, strict=True):
         total = term["absolute_work"]
         key = "total" if place == 0 and not np.isclose(total, above[0]) else "_total"
@@ -233,7 +263,7 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
             "textcoords": "offset points",
             "ha": "center",
             "va": "bottom",
-            "rotation": 0 if labelled else 90,
+            "rotation": 90 if vertical else 0,
         }
         axes.annotate(f"{total:#.4g}".rstrip("."), (place, above[place]), (0, 2), **number)
     if labelled:
@@ -242,7 +272,8 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, most_labe
         _draw_line_samples(axes, len(terms))
     axes.set_xlim(-0.6, len(terms) - 0.4)
     axes.set_ylabel("cost of transport" if per_distance else "energy per period [J]")
-    axes.set_ylim(top=(1.1 if labelled else 1.3) * max(above))
+    share = NUMBER_SHARES[vertical]
+    axes.set_ylim(top=max(above) + share / (1 - share) * (max(above) - min(below)))
     axes.grid(visible=False, axis="x")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0.2, columnspacing=1.0)
 
@@ -261,13 +292,34 @@ def _cost_terms(gait: AnyGait, *, per_distance: bool) -> dict[str, float]:
     return {name: value / unit for name, value in list_energy_terms(gait).items()}
 
 
-def _wrap_label(label: str) -> str:
-    r"""Return a label on several lines, a contact sequence at its impact.
+def _wrap_label(label: str, letters: int) -> str:
+    r"""Return a label in lines of a number of letters, a contact sequence at its impact; some lines may be longer.
+
+    The names of files, which are in brackets, are divided after underscores.
 
     Examples
     --------
-    >>> _wrap_label("slip+ stick | slip+"), _wrap_label("foot stick > flight | (hop)")
-    ('slip+ stick\n| slip+', 'foot stick >\nflight |\n(hop)')
+    >>> _wrap_label("slip+ stick | slip+", 14), _wrap_label("foot stick > flight | (high_hop)", 12)
+    ('slip+ stick\n| slip+', 'foot stick >\nflight |\n(high_hop)')
+    >>> _wrap_label("stick | stick (high_hop)", 8)
+    'stick\n| stick\n(high_\nhop)'
     """
     lines = label.replace(" (", "\n(").replace(" | ", "\n| ").replace(", ", ",\n").splitlines()
-    return "\n".join(wrap_text(line, LABEL_LETTERS) for line in lines)
+    return "\n".join(
+        wrap_text(line, letters, divide=False) if " " in line else _divide(line, letters) for line in lines
+    )
+
+
+def _divide(word: str, letters: int) -> str:
+    """Return a word in lines of a number of letters that end with underscores."""
+    lines = [""]
+    for part in re.findall("[^_]*_|[^_]+", word):
+        if lines[-1] and len(lines[-1] + part) > letters:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)
+
+
+def _longest_line(text: str) -> int:
+    """Return the number of letters of the longest line of a text."""
+    return max(map(len, text.splitlines()), default=0)

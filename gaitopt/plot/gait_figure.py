@@ -58,9 +58,9 @@ COLUMN_SPACE = 3.4
 
 MOST_PANELS = 4
 
-BAR_HEIGHT, KEY_LINES = 0.42, 5
-"""Height of the bar of a contact over that of a panel; lines of a key beside one of more than four panels, which is
-higher if its key has more."""
+BAR_HEIGHT, LEAST_BAR, KEY_LINES = 0.42, 0.33, 5
+"""Height of the bar of a contact over that of a panel, and least one in a column, in which the name of a mode fits;
+lines of a key beside one of more than four panels, which is higher if its key has more."""
 
 ENLARGED = ("force ratio", "foot speed")
 """Rows drawn again over short slip phases."""
@@ -238,7 +238,7 @@ def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:
     """Draw the panels below one another, their keys above or in them; return the height that they need [inch]."""
     rows = choose_rows(view)
     crowded = len(rows) > MOST_PANELS
-    shares = _row_heights(rows, view)
+    shares = _row_heights(rows, view, least_bar=LEAST_BAR)
     row_height = float(np.clip(COLUMN_SPACE / sum(shares), LEAST_ROW, NARROW_ROW))
     heights = [row_height * share for share in shares]
     grid = place.subgridspec(len(rows), 1, height_ratios=heights)
@@ -333,9 +333,11 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
     figure.align_ylabels(left)
 
 
-def _row_heights(rows: Rows, view: MotionView) -> list[float]:
+def _row_heights(rows: Rows, view: MotionView, least_bar: float = 0.0) -> list[float]:
     """Return the heights of the panels, relative to each other; that of the modes depends on the number of contacts."""
-    return [min(BAR_HEIGHT * len(view.closing), 1.0) if name == "modes" else 1.0 for name in rows]
+    count = len(view.closing)
+    modes = min(BAR_HEIGHT * count, max(1.0, least_bar * count))
+    return [modes if name == "modes" else 1.0 for name in rows]
 
 
 def _split_label(label: str) -> str:

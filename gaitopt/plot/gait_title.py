@@ -36,9 +36,11 @@ def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
     name = gait.problem.get("name", "gait")
     first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
     lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
-    facts = _list_facts(gait)
-    while len(", ".join(facts)) > letters and len(facts) > 1:
-        facts.pop()
+    first_fact, *others = _list_facts(gait)
+    facts = [first_fact]
+    for fact in others:
+        if len(", ".join([*facts, fact])) <= letters:
+            facts.append(fact)
     texts = _describe_sequence(gait)
     second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
     settings = "" if title else list_settings(gait.problem.get("script"), letters)

@@ -34,8 +34,8 @@ MODES, LONGEST_NAME = {mode.value for mode in Mode}, 3
 """Spellings of contact modes, and largest number of words of the name of a contact before them."""
 
 
-def wrap_text(text: str, letters: int) -> str:
-    """Return a text in lines of a number of letters.
+def wrap_text(text: str, letters: int, *, divide: bool = True) -> str:
+    """Return a text in lines of a number of letters; words that are longer are divided, or are longer lines.
 
     A contact and its mode remain on one line, and so do the bar of an impact and the phase before it.
 
@@ -57,7 +57,7 @@ def wrap_text(text: str, letters: int) -> str:
             spaces[number] = NO_BREAK
         name = 0 if is_mode or word[-1:] in (",", ">", "|", "&") else name + 1
     joined = "".join(map("".join, zip(spaces, words, strict=True)))[1:]
-    return textwrap.fill(joined, letters).replace(NO_BREAK, " ")
+    return textwrap.fill(joined, letters, break_long_words=divide).replace(NO_BREAK, " ")
 
 
 def wrap_lines(text: str, letters: int) -> str:

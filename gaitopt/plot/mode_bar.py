@@ -83,6 +83,7 @@ def _draw_bar(axes: "Axes", span: tuple[float, float], row: int, mode: Mode, let
     if not fits:
         unnamed.add(mode)
     else:
-        box = {"boxstyle": "square,pad=0.1", "facecolor": MODE_FILL[mode], "edgecolor": "none"}
-        text: dict[str, Any] = {"color": "black", "ha": "center", "va": "center", "bbox": box}
+        text: dict[str, Any] = {"color": "black", "ha": "center", "va": "center"}
+        if MODE_HATCH[mode]:  # on which letters are not readable; a box may be higher than the bar
+            text["bbox"] = {"boxstyle": "square,pad=0.1", "facecolor": MODE_FILL[mode], "edgecolor": "none"}
         axes.text(sum(span) / 2, row, mode.label, **text)

@@ -20,6 +20,7 @@ from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Annotation
 
 SHORTEST, SHORT = 1e-5, 0.15
 """A slip phase is enlarged when it lasts less than the second share of the step, and more than a rounding error."""
@@ -33,8 +34,8 @@ MARK_SPACE = 0.015
 ROUNDING = 1e-5
 """Range of the values of a panel, in its unit or over their size, below which a curve shows errors of the plan only."""
 
-_LETTER = 0.016
-"""Width of a letter of a phase label, as a share of the time axis."""
+NAME_GAP, MOST_NAME_ROWS = 0.05, 2
+"""Least distance of the names of phases above an axis [inch], and lines beyond which only the shading names them."""
 
 
 def short_slips(motion: AnyMotion) -> list[PhaseView]:
@@ -132,20 +133,27 @@ def hide_open(part: PhaseView, contact: int, values: Array) -> Array:
 
 
 def name_phases(axes: "Axes", motion: MotionView) -> None:
-    """Write the mode of every phase above an axes; names that would collide move up a line."""
+    """Write the mode of every phase above an axes; names that would collide move up a line, or all are omitted."""
     start, period = float(motion.segments[0].time[0]), motion.period
+    figure = root_figure(axes)
+    width = axes.get_position().width * figure.get_figwidth() if figure else 1.0
     rows: list[float] = []
+    names: list[Annotation] = []
     for segment in motion.segments:
-        name = segment.mode.label
-        half = _LETTER * len(name) / 2
+        style: dict[str, Any] = {"color": MODE_INK[segment.mode], "weight": "bold" if segment.mode.slips else "normal"}
+        style |= {"ha": "center", "va": "bottom"}
+        name = axes.annotate(segment.mode.label, (0.5, 1), (0, 3), "axes fraction", "offset points", **style)
+        size = name.get_window_extent().width / figure.dpi if figure else 0.0
+        half = (size + NAME_GAP) / width / 2
         middle = ((segment.time[0] + segment.time[-1]) / 2 - start) / period
         middle = float(np.clip(middle, half, 1 - half))
         row = next((number for number, end in enumerate(rows) if end < middle - half), len(rows))
         rows[row : row + 1] = [middle + half]
-        style: dict[str, Any] = {"color": MODE_INK[segment.mode], "weight": "bold" if segment.mode.slips else "normal"}
-        axes.annotate(
-            name, (middle, 1), (0, 3 + 10 * row), "axes fraction", "offset points", ha="center", va="bottom", **style
-        )
+        name.xy = (middle, 1)
+        name.set_position((0, 3 + 10 * row))
+        names.append(name)
+    for name in names if len(rows) > MOST_NAME_ROWS else ():
+        name.remove()
 
 
 def enlarge(

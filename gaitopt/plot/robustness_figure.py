@@ -175,7 +175,7 @@ def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, 
         counts = np.concatenate([[0.0], np.arange(1, settling.size + 1), [float(settling.size)]])
         axes.step(steps, 100 * counts / recovery.starts, where="post", label=name, **look)
     size = max(recovery.radius for recovery in recoveries)
-    axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(0, 104))
+    axes.set(xlabel="steps after the push", ylabel="returned [%]", ylim=(-4, 104))
     axes.set_title(f"random pushes up to {size:.3g} rad/s", loc="left", pad=3)
     axes.set_xlim(0, max(recovery.steps for recovery in recoveries))
 

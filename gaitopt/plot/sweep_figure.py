@@ -294,7 +294,9 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
         mesh = panels[0].pcolormesh(across, upward, chosen.T, shading="nearest", rasterized=True, **look)
         beyond = drawn.is_radius and np.nanmax(chosen) > mesh.norm.vmax
         extent = "max" if beyond else "neither"
-        figure.colorbar(mesh, ax=panels[0], label=drawn.label, location="top", extend=extent)
+        colorbar = figure.colorbar(mesh, ax=panels[0], label=drawn.label, location="top", extend=extent)
+        if drawn.is_radius:
+            colorbar.ax.set_xlim(*_radius_range(chosen))
         handles: list[Artist] = _draw_limit(panels[0], (across, upward), chosen) if drawn.is_radius else []
         if several:
             panels[1].set_title("contact sequence of lowest cost")
@@ -330,6 +332,16 @@ def _radius_look(radii: Array) -> dict[str, Any]:
 
     spread = float(np.clip(np.nanmax(np.abs(radii - 1)), *RADIUS_SPREAD))
     return {"cmap": RADIUS_COLOURS, "norm": CenteredNorm(1, spread)}
+
+
+def _radius_range(radii: Array) -> tuple[float, float]:
+    """Return the ends of the colour bar of a map of spectral radii, between which all of them are.
+
+    It is at least as long as the least distance of the colours from the stability limit.
+    """
+    low, high = (float(min(end(radii), 1 + RADIUS_SPREAD[1])) for end in (np.nanmin, np.nanmax))
+    more = max(RADIUS_SPREAD[0] - (high - low), 0.0)
+    return low - more * (low >= 1), high + more * (low < 1)
 
 
 def _mark_cells(axes: "Axes", across: Array, upward: Array) -> None:

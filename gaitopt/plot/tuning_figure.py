@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 HEIGHT = 2.8
 """Height of a panel [inch]."""
 
-LARGEST_SHOWN = 20.0
-"""Largest objective shown, as a multiple of the lowest one."""
+LARGEST_SHOWN, EXTENSION = 20.0, 1.5
+"""Largest objective shown, as a multiple of the lowest one; height up to which an axis is extended for the open loop,
+over its height without it."""
 
 
 @check_arguments
@@ -80,21 +81,21 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     if tuned.objective == "spectral radius":
         axes.axhline(1, label="stability limit", **FigureStyle.limit_line)
         top = max(top, 1.0)
-        top = max(top, _draw_open_loop(axes, tuned.radius_before, max(top, largest)))
+        top = max(top, _draw_open_loop(axes, tuned.radius_before, max(EXTENSION * top, largest)))
     if finite.size:
         axes.set_ylim(0, 1.05 * top)
     axes.set(xlabel="evaluation", ylabel=tuned.objective)
 
 
 def _draw_open_loop(axes: "Axes", radius: float, largest: float) -> float:
-    """Draw the spectral radius in open loop and return it; one too large for the axis is a text, and 0 is returned."""
+    """Draw the spectral radius in open loop and return it; 0 if it is too large, and stated above the axis."""
     if radius <= largest and math.isfinite(radius):
         axes.axhline(radius, label="open loop", linewidth=1, **line_style(1))
         return radius
     if math.isfinite(radius):
-        box = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
-        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "va": "top", "bbox": box}
-        axes.text(0.98, 0.9, f"open loop: {radius:.3g}", **place)  # below the stability limit
+        text = f"\N{UPWARDS ARROW} open loop: {radius:.3g}"
+        place: dict[str, Any] = {"ha": "right", "va": "bottom"}
+        axes.annotate(text, (1, 1), (0, 3), "axes fraction", "offset points", **place)
     return 0.0
 
 

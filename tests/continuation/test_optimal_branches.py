@@ -147,6 +147,7 @@ def test_the_optimal_cost_over_the_slope_touches_zero_at_the_passive_gait():
 def test_a_diagram_is_saved_and_read(diagram, tmp_path):
     read = load_optima(save_optima(diagram, tmp_path / "optima.nc"))
     assert json.dumps(read.records()) == json.dumps(diagram.records())
+    assert read.targets == diagram.targets == {"speed": 0.6, "step_length": 0.47}
     with pytest.raises(ArchiveError, match="There is no file"):
         load_optima(tmp_path / "nowhere.nc")
 

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import replace
 from itertools import combinations, pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from gaitopt import FigureStyle, compare, feedforward, load_diagram, plot_comparison, plot_gait, simulate
+from gaitopt import FigureStyle, compare, feedforward, load, load_diagram, plot_comparison, plot_gait, simulate
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.plot import (
     comparison_figure,
@@ -21,8 +22,9 @@ from gaitopt.plot import (
     plot_sweep,
     view_result,
 )
-from gaitopt.plot.gait_figure import choose_rows
+from gaitopt.plot.gait_figure import LEAST_BAR, _row_heights, choose_rows
 from gaitopt.plot.mode_bar import draw_mode_bar
+from gaitopt.plot.panels import name_phases
 from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.plot.style import line_style
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking
@@ -162,6 +164,71 @@ def test_labels_of_the_rows_of_a_comparison_lie_apart(slipping):
     figure.draw_without_rendering()
     boxes = [axes.yaxis.label.get_window_extent(renderer) for axes in figure.axes[:-1]]
     assert not any(one.overlaps(other) for one, other in pairwise(boxes))
+
+
+@pytest.mark.parametrize("width", [3.5, 7.2])
+def test_labels_of_bars_lie_apart_and_names_are_divided_after_underscores_only(slipping, sticking, width):
+    gaits = {"slip+ stick | slip+ (compass_slip)": slipping, "stick | stick (compass_stick)": sticking}
+    figure = plot_comparison(compare(gaits), style=FigureStyle(width=width))
+    check_texts(figure)
+    bars = figure.axes[-1]
+    labels = [label.get_text() for label in bars.get_xticklabels()]
+    assert [label.replace("_\n", "_").splitlines()[-1] for label in labels] == ["(compass_slip)", "(compass_stick)"]
+    assert [number.get_rotation() for number in bars.texts] == [0, 0]
+
+
+def test_numbers_of_two_bars_without_labels_are_horizontal(slipping):
+    long = "heel A stick, toe B stick > heel A stick | heel A stick, toe A stick > toe A stick |"
+    figure = plot_comparison(compare({long: slipping, f"{long} (other)": slipping}), style=COLUMN)
+    assert [number.get_rotation() for number in figure.axes[-1].texts] == [0, 0]
+
+
+def test_the_foot_speed_of_gaits_that_do_not_slip_is_not_drawn(slipping, sticking):
+    for gaits, drawn in ([sticking], False), ([sticking, slipping], True):
+        labels = [axes.get_ylabel() for axes in plot_comparison(compare(gaits)).axes]
+        assert any(label.startswith("foot") for label in labels) == drawn
+
+
+def test_labels_of_two_columns_are_inside_the_page_and_the_columns_end_at_the_bottom():
+    gait = load(ROOT / "tests/problems/bounding_quadruped.h5")
+    figure = plot_comparison(compare([gait]), style=COLUMN)
+    rows = figure.axes[:-1]
+    figure.draw_without_rendering()
+    titles = [axes.get_title(loc="left") for axes in rows]
+    assert "" not in titles
+    assert all(axes._left_title.get_window_extent().x1 < figure.bbox.x1 for axes in rows)
+    lowest = [axes for axes in rows if axes.get_xlabel()]
+    assert len(lowest) == 2
+    assert lowest[0].get_position().y0 == pytest.approx(lowest[1].get_position().y0)
+
+
+def test_numbers_of_many_bars_are_below_their_legend(slipping, sticking):
+    gaits = {f"gait {number}": slipping if number % 2 else sticking for number in range(12)}
+    figure = plot_comparison(compare(gaits), style=COLUMN)
+    figure.draw_without_rendering()
+    bars = figure.axes[-1]
+    assert all(number.get_window_extent().y1 < bars.get_legend().get_window_extent().y0 for number in bars.texts)
+
+
+@pytest.mark.parametrize(("width", "named"), [(6.0, True), (2.2, True), (0.8, False)])
+def test_names_of_phases_lie_apart_or_are_omitted(slipping_both_ways, width, named):
+    figure = Figure(figsize=(width, 2.0))
+    axes = figure.add_subplot()
+    view = view_motion(slipping_both_ways.motion)
+    name_phases(axes, view)
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert len(boxes) == named * len(view.segments)
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
+@pytest.mark.parametrize("count", [3, 4, 8])
+def test_bars_of_many_contacts_are_as_high_in_a_column_as_those_of_three(hop_gait, count):
+    view = view_motion(hop_gait.motion)
+    rows = choose_rows(view)
+    place = list(rows).index("modes")
+    many = SimpleNamespace(closing=range(count))
+    assert _row_heights(rows, many, LEAST_BAR)[place] / count == pytest.approx(1 / 3, abs=0.01)
+    assert _row_heights(rows, many)[place] == 1
 
 
 def test_the_unit_of_an_objective_is_inside_a_column(slipping):

@@ -85,6 +85,13 @@ def test_title_states_the_minimised_objective_first(slipping):
     assert narrow[2].startswith("torque squared 2.83 N² m² s")
 
 
+def test_a_narrow_title_omits_only_the_numbers_that_do_not_fit(slipping):
+    problem = {**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
+    gait = replace(slipping, problem=problem, solver=replace(slipping.solver, objective=2.8))
+    title = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
+    assert title[2] == "torque squared 2.8 N² m² s, speed 0.633 m/s"  # without the cost of transport
+
+
 def test_title_states_the_parameters_that_were_set(slipping):
     parameters = {"friction": 0.2, "hip_mass": 12.5, "intervals": 8}
     script = {"file": "own.py", "sha256": "0", "parameters": parameters, "set": ["hip_mass", "intervals"]}

@@ -324,6 +324,15 @@ def test_the_title_of_optima_states_robot_and_fixed_parameters_as_that_of_branch
         branches=(branch,),
     )
     assert plot_optima(diagram).axes[0].get_title(loc="left") == "compass biped, slope 2 deg\nleg mass 5 kg"
+    fixed = replace(diagram, targets={"speed": 0.6, "step_length": 0.45})
+    title = "compass biped, slope 2 deg, speed 0.6 m/s,\nstep length 0.45 m\nleg mass 5 kg"
+    for width in (3.5, 7.2):
+        figure = plot_optima(fixed, style=FigureStyle(width=width))
+        text = figure.axes[0].get_title(loc="left")
+        assert text.split() == title.split()
+        figure.draw_without_rendering()
+        assert figure.axes[0]._left_title.get_window_extent().x1 < figure.bbox.x1
+    assert text.count("\n") == 1
     assert plot_optima(diagram, style=FigureStyle(titled=False)).axes[0].get_title(loc="left") == ""
 
 
@@ -337,6 +346,7 @@ def test_the_centre_of_the_colours_of_a_map_of_spectral_radii_is_the_stability_l
         assert (mesh.norm.vmin, mesh.norm.vmax) == pytest.approx(ends)
         assert float(mesh.norm(1.0)) == 0.5
         assert mesh.colorbar.extend == extent
+        assert mesh.colorbar.ax.get_xlim() == pytest.approx((min(radii), min(max(radii), 2)))
         blue, grey, red = (mesh.to_rgba(value)[:3] for value in (ends[0], 1.0, ends[1]))
         assert blue[2] > blue[0] + 0.3
         assert red[0] > red[2] + 0.3
@@ -422,7 +432,31 @@ def test_the_open_loop_of_tuned_gains_lies_within_the_axis_or_is_a_text(results,
     search = plot_tuning(replace(results["tuned gains"], radius_before=radius)).axes[0]
     assert ("open loop" in {line.get_label() for line in search.lines}) == drawn
     assert (search.get_ylim()[1] > radius) == drawn
-    assert [text.get_text() for text in search.texts] == ([] if drawn else ["open loop: 50"])
+    assert [text.get_text() for text in search.texts] == ([] if drawn else ["\N{UPWARDS ARROW} open loop: 50"])
+    assert all(text.get_window_extent().y0 > search.get_window_extent().y1 for text in search.texts)
+
+
+def test_an_open_loop_slightly_above_the_stability_limit_is_a_line_above_it(results):
+    trials = tuple(Trial({"stiffness": 30.0}, value) for value in (0.8, 1e-3))
+    search = plot_tuning(replace(results["tuned gains"], trials=trials, radius_before=1.01)).axes[0]
+    assert "open loop" in {line.get_label() for line in search.lines}
+    assert search.get_ylim()[1] > 1.01
+    assert not search.texts
+
+
+def test_the_colour_bar_of_stable_gaits_ends_at_the_largest_radius():
+    table = make_sweep(slope=[0.0, 0.1], friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[1])
+    for radii, ends in (([0.5, 0.7, 0.8, 0.9], (0.5, 0.9)), ([0.7] * 4, (0.7, 0.75)), ([1.4] * 4, (1.35, 1.4))):
+        table["spectral_radius"] = table.cost_of_transport.dims, np.broadcast_to(radii, table.status.shape)
+        table.spectral_radius.attrs["units"] = "1"
+        bar = plot_sweep(table, quantity="spectral_radius").axes[0].collections[0].colorbar
+        assert bar.ax.get_xlim() == pytest.approx(ends)
+
+
+def test_walks_none_of_which_returns_are_above_the_axis(results):
+    axes = plot_robustness(results["push test"]).axes[-1]
+    assert axes.get_ylabel() == "returned [%]"
+    assert axes.get_ylim()[0] < -2
 
 
 def test_a_push_test_has_an_axis_for_each_disturbance(results):

@@ -250,6 +250,8 @@ class OptimalDiagram:
         Borders between the ranges in which a contact sequence has the lowest cost, in increasing order.
     complete : bool
         Whether all requested branches were followed.
+    targets : dict of str to float
+        The fixed ones of ``speed`` [m/s] and ``step_length`` [m]; empty for files of earlier versions.
 
     Examples
     --------
@@ -267,6 +269,7 @@ class OptimalDiagram:
     branches: tuple[OptimalBranch, ...]
     borders: tuple[LowestCostChange, ...] = ()
     complete: bool = True
+    targets: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         points = sum(branch.values.size for branch in self.branches)

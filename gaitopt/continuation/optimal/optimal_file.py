@@ -165,7 +165,8 @@ def load_optima(path: str | Path) -> OptimalDiagram:
 
 def _attributes(diagram: OptimalDiagram) -> dict[str, Any]:
     facts = {
-        name: getattr(diagram, name) for name in ("robot", "objective", "parameter", "unit", "parameters", "complete")
+        name: getattr(diagram, name)
+        for name in ("robot", "objective", "parameter", "unit", "parameters", "complete", "targets")
     }
     facts |= {"ends": list(diagram.ends), "borders": [dataclasses.asdict(border) for border in diagram.borders]}
     facts["branches"] = [

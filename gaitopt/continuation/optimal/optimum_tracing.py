@@ -186,6 +186,7 @@ class OptimumTracer:
         """Return the diagram of branches."""
         parameters = {each.name: each.unit for each in self.problem.robot.parameters}
         name = self.parameter
+        targets = {key: getattr(self.problem, key) for key in ("speed", "step_length") if key != name}
         return OptimalDiagram(
             robot=self.problem.robot.name,
             objective=self.problem.objective.name,
@@ -196,6 +197,7 @@ class OptimumTracer:
             branches=tuple(branches),
             borders=locate_borders([trail for trail in self.points if trail], self._samples) if complete else (),
             complete=complete,
+            targets={key: float(value) for key, value in targets.items() if isinstance(value, int | float)},
         )
 
     @property
