@@ -11,11 +11,8 @@ from gaitopt.model import JointStop, PointContact, PointMass, assemble_planar, c
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarProblem, solve_planar
-from gaitopt.ocp.multicontact.planar_remarks import (
-    report_soft_touchdowns,
-    report_unarmed_contacts,
-    report_unmet_arming,
-)
+from gaitopt.ocp.multicontact.planar_remarks import report_unmet_arming
+from gaitopt.ocp.multicontact.possible_causes import report_soft_touchdowns, report_unarmed_contacts
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.stability import PlanarWalkProblem
 from gaitopt.status import Status

@@ -2,22 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.errors import SequenceError
-from gaitopt.model.contacts.contact_state import ContactState
-from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.plausible_geometry import is_armed_behind, report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
-from gaitopt.motion.phase_sequence import PhaseEvent
 from gaitopt.motion.quantity_labels import state_value
-from gaitopt.motion.stated_changes import find_closing
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
@@ -214,62 +207,6 @@ def _time_of(transcription: PlanarTranscription, row: int, x: Array) -> float:
     durations, number = x[transcription.variables[Unknown.DURATION][0]], place.phase or 0
     part = (place.node or 0) + float(transcription.structure.scheme.fractions[key.inner])
     return float(durations[:number].sum() + durations[number] * part / transcription.phases[number].count)
-
-
-def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
-    """Return a remedy if no gait keeps the clearance of contacts without arming condition; straight legs cannot.
-
-    Without known conflicts the missing condition is a possible cause if another body is on the ground in the swing.
-    """
-    if conflicts and not any(conflict.setting == "PlanarLimits.clearance" for conflict in conflicts):
-        return ()
-    states, feet = problem.sequence.states(problem.robot), _list_feet(problem)
-    names = [
-        foot.name
-        for foot in feet
-        if not foot.conditional
-        for swings in [[state for state in states if state.mode(foot.name) is Mode.FREE]]
-        if any(conflicts or _is_on_another_body(feet, state, foot.body) for state in swings)
-    ]
-    if not names:
-        return ()
-    return (
-        f"{'' if conflicts else 'possible cause: '}{', '.join(names)} must stay above the ground while free: a foot of "
-        "a straight leg, which swings through the ground, needs a condition under which it may close, such as "
-        "PointContact(..., armed=angle ahead of the other leg).",
-    )
-
-
-def _list_feet(problem: PlanarProblem) -> list[ContactEntry]:
-    """Return the contacts with the ground of the robot of a problem, without those that end a walk."""
-    return [contact for contact in problem.robot.contacts if contact.kind != "stop" and not contact.falls]
-
-
-def _is_on_another_body(feet: Sequence[ContactEntry], state: ContactState, body: str) -> bool:
-    """Return whether a contact of another body is on the ground."""
-    return any(foot.body != body and state.mode(foot.name) is not Mode.FREE for foot in feet)
-
-
-def report_soft_touchdowns(problem: PlanarProblem) -> tuple[str, ...]:
-    """Return a remark if a contact with the ground closes at an event without impulse, with the sequence of impacts."""
-    robot, sequence = problem.robot, problem.sequence
-    feet, events, names = {foot.name for foot in _list_feet(problem)}, list(sequence.events), list[str]()
-    for number, event in enumerate(sequence.events):
-        closing = feet.intersection(find_closing(sequence.describe_event(robot, number)))
-        if closing and not event.impact:
-            names += sorted(closing - set(names))
-            events[number] = PhaseEvent(True)
-    if not names:
-        return ()
-    try:
-        spelling = f": '{replace(sequence, events=tuple(events)).check(robot)}'"
-    except SequenceError:
-        spelling = ""
-    closes = "closes" if len(names) == 1 else "close"
-    return (
-        f"{' and '.join(names)} {closes} at '>', that is without impulse: speed, acceleration and force vanish at such "
-        f"a touchdown. For a touchdown with an impact, write '|'{spelling}.",
-    )
 
 
 def report_unmet_arming(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_check import require_planar
-from gaitopt.motion.gait import IMPLAUSIBLE, SolverReport
+from gaitopt.motion.gait import SolverReport
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.versions import versions
@@ -29,18 +29,11 @@ from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar
 from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_refinement import refine_plan
-from gaitopt.ocp.multicontact.planar_remarks import (
-    report_implausible_robot,
-    report_soft_touchdowns,
-    report_unarmed_contacts,
-)
+from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
-from gaitopt.ocp.multicontact.planar_warm_start import (
-    PlanarWarmStart,
-    find_warm_start,
-    list_refinements,
-)
+from gaitopt.ocp.multicontact.planar_warm_start import PlanarWarmStart, find_warm_start, list_refinements
+from gaitopt.ocp.multicontact.possible_causes import remark_on_failure
 from gaitopt.ocp.multicontact.range_start import solve_from_range_ends
 from gaitopt.ocp.multicontact.touchdown_repair import Repair, repair_touchdowns
 from gaitopt.ocp.nlp.active_set import Newton
@@ -160,22 +153,14 @@ def _solve_again(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, obs
     """Return the gait of another start if all starts have failed: see :func:`solve_planar`; otherwise the failure."""
     solve_once = functools.partial(solve_from_guess, observer=observer)
     if failure.status is Status.PLAN_INACCURATE:
-        return _remark_on_failure(problem, solve_from_range_ends(problem, failure, solver, solve_once))
+        return remark_on_failure(problem, solve_from_range_ends(problem, failure, solver, solve_once))
     if failure.status not in RETRY:
         return failure
     rescued = solve_from_coarse_grid(problem, solver, solve_once)
     if rescued is not None:
         return rescued if rescued.status.ok else failure.replace_fields(status=rescued.status)
     solve_again = functools.partial(solve_once, solver=solver)
-    return _remark_on_failure(problem, conclude_planar_failure(problem, failure, solver, observer, solve_again))
-
-
-def _remark_on_failure(problem: PlanarProblem, gait: PlanarGait) -> PlanarGait:
-    """Return a gait with the possible causes in robot and sequence if no gait was found, whatever was concluded."""
-    if gait.status not in (*RETRY, Status.PLAN_INACCURATE) or gait.solver.message == IMPLAUSIBLE:
-        return gait
-    causes = (*report_unarmed_contacts(problem, gait.solver.conflicts), *report_soft_touchdowns(problem))
-    return gait.replace_fields(solver=gait.solver.replace_fields(warnings=(*gait.solver.warnings, *causes)))
+    return remark_on_failure(problem, conclude_planar_failure(problem, failure, solver, observer, solve_again))
 
 
 class _Start:
