@@ -9,10 +9,11 @@ from gaitopt import Collocation, Execution, load, load_sweep_gait, search, sweep
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
 from gaitopt.motion import PhaseSequence
-from gaitopt.ocp import solve_planar
+from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study import load_sweep, planar_starts
 from gaitopt.study.sequence_search.planar_search import name_file
+from gaitopt.study.storage.study_key import study_key
 from tests.ocp.multicontact_examples import walk
 
 COARSE = Collocation(intervals=10)
@@ -178,3 +179,10 @@ def test_too_many_sequences_are_refused_with_the_number_of_shorter_ones(monkeypa
     monkeypatch.setattr("gaitopt.ocp.multicontact.planar_enumeration.MOST_SEQUENCES", 1)
     with pytest.raises(InputError, match=r"of at most 2 phases: name the sequences to solve in search\("):
         enumerate_planar_sequences(monopod(), 3)
+
+
+def test_the_key_of_a_study_contains_a_changed_clearance_only(problem):
+    """Studies with the default clearance keep the key of earlier versions and are resumed."""
+    key = study_key(problem.replace(limits=PlanarLimits(torque=6)))
+    assert "clearance" not in key["problem"]
+    assert study_key(problem.replace(limits=PlanarLimits(torque=6, clearance=0.01)))["problem"]["clearance"] == 0.01
