@@ -1,5 +1,6 @@
 """A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
 
+import math
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -82,7 +83,11 @@ def test_keyframes_need_angles_by_name():
 RECORDS = {
     "mass as a text": (
         lambda: PointMass("6", ca.SX.sym("p", 2)),
-        "PointMass: mass must be a CasADi expression",
+        r"PointMass: mass must be a finite number or a CasADi expression \(SX\), got '6'",
+    ),
+    "stiffness of the module math": (
+        lambda: Spring(ca.SX.sym("q"), math.sin(ca.SX.sym("q"))),
+        r"Spring: stiffness must be a finite number or a CasADi expression \(SX\), got nan: either .* casadi.sin",
     ),
     "a truth value": (lambda: Damper(ca.SX.sym("q"), True), "Damper: damping must be"),
     "default that is nan": (lambda: Parameter("a", np.nan, "m", ""), "Parameter: default must be a number, got nan"),
