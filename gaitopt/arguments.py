@@ -217,10 +217,12 @@ def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, 
     positional = [one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
     several = any(one.kind is one.VAR_POSITIONAL for one in parameters)
     if count > len(positional) and not several:
-        listed = ", ".join(one for one in positional if one != "self")
+        listed = [one for one in positional if one != "self"]
         keywords = ", ".join(f"{one.name}=..." for one in parameters if one.kind is one.KEYWORD_ONLY)
         more = f"; the others are given by name: {keywords}" if keywords else ""
-        return f"{name}: only the arguments {listed} are accepted without their names{more}."
+        if len(listed) == 1 and "a sequence of" in _describe(signature.parameters[listed[0]].annotation):
+            return f"{name}: {listed[0]} is a single argument; several are given as a list, {name}([..., ...]){more}."
+        return f"{name}: only the arguments {', '.join(listed)} are accepted without their names{more}."
     unknown = next((option for option in options if option not in known), None)
     public = [one for one in known if not one.startswith("_")]
     return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, public)}"

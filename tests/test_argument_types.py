@@ -54,6 +54,18 @@ CALLS = {
 }
 
 
+def test_several_gaits_are_compared_as_a_list(slip_gait):
+    with pytest.raises(
+        InputError, match=r"gaits is a single argument; several are given as a list, compare\(\[\.\.\., "
+    ):
+        compare(slip_gait, slip_gait)
+    with pytest.raises(InputError, match=r"needs several gaits: a list, compare\(\[gait, other\]\), or a mapping"):
+        compare(slip_gait)
+    for file in (FILE, Path(FILE)):
+        with pytest.raises(InputError, match=r"compare needs gaits, not the name of a file, got 'gait.h5': load the"):
+            compare(file)
+
+
 @pytest.mark.parametrize("name", CALLS)
 def test_a_file_is_no_gait(name):
     with pytest.raises(InputError, match=GAIT_NEEDED):

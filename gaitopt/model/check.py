@@ -13,6 +13,7 @@ from gaitopt.model.contacts.mode import PHYSICAL, Mode
 from gaitopt.model.mechanics import describe_mass_fault
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.model.step_check import StepCheck, check_step
 from gaitopt.parameters import Parameter
 
@@ -123,6 +124,7 @@ def check_robot(
     >>> check_robot(compass_biped()).passed
     True
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "check_planar")
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)

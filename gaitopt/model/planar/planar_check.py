@@ -22,6 +22,7 @@ from gaitopt.model.planar.mirror_check import (
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.parameters import Parameter
 
 Vector = NDArray[np.float64]
@@ -114,6 +115,7 @@ def check_planar(
     >>> check_planar(kneed_walker()).passed
     True
     """
+    check_robot_type(robot, PlanarRobot, "a PlanarRobot such as monopod()", "check_robot")
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
