@@ -97,8 +97,8 @@ def require_finite_torques(gait: AnyGait, law: Law | PlanarLaw) -> None:
                 first = int(np.argmin(np.isfinite(values)))
                 raise InputError(
                     f"The law {law.name!r} returns {values[first]:g} as the torque of {actuator!r} at "
-                    f"{phase.time[first]:.3g} s of the planned motion: use operations that are defined there (not the "
-                    "square root or logarithm of a negative number, or a division by 0) and finite gains."
+                    f"{phase.time[first]:.3g} s of the planned motion. Check the law for divisions by zero, also by a "
+                    "gain that is zero, and for the square root or logarithm of a negative number."
                 )
 
 

@@ -292,7 +292,7 @@ def test_a_kink_that_the_motion_crosses_is_accepted():
 @pytest.mark.parametrize("gait", [COMPASS, HEEL_TOE], ids=["one foot", "several contacts"])
 def test_a_law_whose_torque_is_undefined_along_the_plan_is_named(gait):
     law = curved_servo(lambda x: ca.log(-1 - x**2))(gait.robot, gait)
-    message = r"The law 'servo' returns nan as the torque of '(hip|motor)' at 0 s of the planned motion: use operations"
+    message = r"The law 'servo' returns nan as the torque of '(hip|motor)' at 0 s of the planned motion. Check the law"
     with pytest.raises(InputError, match=message):
         assess_stability(gait, law)
     with pytest.raises(InputError, match=message):
