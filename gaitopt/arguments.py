@@ -20,7 +20,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import GaitoptError, InputError, suggest
+from gaitopt.errors import NAN_CAUSES, GaitoptError, InputError, suggest
 
 F = TypeVar("F", bound=Callable[..., Any])
 R = TypeVar("R")
@@ -34,6 +34,9 @@ _ARRAYS = (np.ndarray, NDArray)
 _PLAIN = (str, float, int, bool, type(None))
 MOST_KEYS = 1000
 """Number of combinations of plain arguments of a record that are remembered as valid."""
+
+EXPRESSION = "a CasADi expression (SX)"
+"""An expression in messages."""
 
 _NAMES = {
     float: "a number",
@@ -133,7 +136,7 @@ def _wrap(function: Callable[..., Any], name: str, *, always: bool = False) -> C
             result = function(*arguments, **options)
         except Exception as error:
             known = isinstance(error, GaitoptError | MemoryError) and not isinstance(error, ArgumentError)
-            wrong = None if known else _find_wrong_argument(function, name, arguments, options)
+            wrong = None if known else _find_wrong_argument(function, name, arguments, options, numbers=always)
             if wrong is None:
                 raise
             raise ArgumentError(wrong) from error
@@ -198,7 +201,10 @@ def _find_wrong_argument(
             continue
         kind = _resolve(parameter.annotation, function)
         if value is not parameter.default and not _fits(value, kind, numbers):
-            return f"{name}: {argument} must be {_describe(kind)}, got {_shorten(value)}."
+            number = "a finite number or " if numbers else ""
+            accepted = _describe(kind).replace(EXPRESSION, f"{number}{EXPRESSION}")
+            cause = f": {NAN_CAUSES}" if number and isinstance(value, float) and math.isnan(value) else ""
+            return f"{name}: {argument} must be {accepted}, got {_shorten(value)}{cause}."
     return None
 
 
@@ -211,10 +217,12 @@ def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, 
     positional = [one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
     several = any(one.kind is one.VAR_POSITIONAL for one in parameters)
     if count > len(positional) and not several:
-        listed = ", ".join(one for one in positional if one != "self")
+        listed = [one for one in positional if one != "self"]
         keywords = ", ".join(f"{one.name}=..." for one in parameters if one.kind is one.KEYWORD_ONLY)
         more = f"; the others are given by name: {keywords}" if keywords else ""
-        return f"{name}: only the arguments {listed} are accepted without their names{more}."
+        if len(listed) == 1 and "a sequence of" in _describe(signature.parameters[listed[0]].annotation):
+            return f"{name}: {listed[0]} is a single argument; several are given as a list, {name}([..., ...]){more}."
+        return f"{name}: only the arguments {', '.join(listed)} are accepted without their names{more}."
     unknown = next((option for option in options if option not in known), None)
     public = [one for one in known if not one.startswith("_")]
     return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, public)}"
@@ -377,7 +385,7 @@ def _describe(kind: Any) -> str:
     if isinstance(kind, type | None) and kind in _NAMES:
         return _NAMES[kind]
     if getattr(kind, "__name__", "") == "SX":
-        return "a CasADi expression (SX)"
+        return EXPRESSION
     if origin is typing.Literal:
         return " or ".join(map(repr, parts))
     if origin in _ARRAYS or kind in _ARRAYS:

@@ -16,6 +16,13 @@ READABLE = (".h5", ".nc", ".json", ".csv", ".mat", ".sto", ".py", ".urdf", ".xml
 """Suffixes of the files that gaitopt reads; the first one is proposed if several files have the same name."""
 
 
+NAN_CAUSES = (
+    "either a number in it is nan, or a function of the module math was applied to an expression, which gives nan: use "
+    "that of casadi, such as casadi.sin"
+)
+"""Causes of nan in an expression, for messages."""
+
+
 class GaitoptError(Exception):
     """Base class of all exceptions of gaitopt."""
 

@@ -1,5 +1,6 @@
 """A file name, the name of a law or a gait where another object is needed is refused in a sentence."""
 
+import math
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -53,6 +54,18 @@ CALLS = {
 }
 
 
+def test_several_gaits_are_compared_as_a_list(slip_gait):
+    with pytest.raises(
+        InputError, match=r"gaits is a single argument; several are given as a list, compare\(\[\.\.\., "
+    ):
+        compare(slip_gait, slip_gait)
+    with pytest.raises(InputError, match=r"needs several gaits: a list, compare\(\[gait, other\]\), or a mapping"):
+        compare(slip_gait)
+    for file in (FILE, Path(FILE)):
+        with pytest.raises(InputError, match=r"compare needs gaits, not the name of a file, got 'gait.h5': load the"):
+            compare(file)
+
+
 @pytest.mark.parametrize("name", CALLS)
 def test_a_file_is_no_gait(name):
     with pytest.raises(InputError, match=GAIT_NEEDED):
@@ -82,7 +95,11 @@ def test_keyframes_need_angles_by_name():
 RECORDS = {
     "mass as a text": (
         lambda: PointMass("6", ca.SX.sym("p", 2)),
-        "PointMass: mass must be a CasADi expression",
+        r"PointMass: mass must be a finite number or a CasADi expression \(SX\), got '6'",
+    ),
+    "stiffness of the module math": (
+        lambda: Spring(ca.SX.sym("q"), math.sin(ca.SX.sym("q"))),
+        r"Spring: stiffness must be a finite number or a CasADi expression \(SX\), got nan: either .* casadi.sin",
     ),
     "a truth value": (lambda: Damper(ca.SX.sym("q"), True), "Damper: damping must be"),
     "default that is nan": (lambda: Parameter("a", np.nan, "m", ""), "Parameter: default must be a number, got nan"),

@@ -132,13 +132,17 @@ def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, json: b
 
 
 def _family_of(gait: "AnyGait", law: str, torque_limit: float | None, stance_angle: bool) -> "ControllerFamily":
-    """Return the controller family of a gait from the options of the command."""
+    """Return the controller family of a gait, which has gains, from the options of the command."""
     from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.motion.gait import Gait
+    from gaitopt.tuning.tune import require_gains
 
     if isinstance(gait, Gait):
-        return design_for(gait, gait.robot, law, torque_limit, stance_angle)
-    return PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
+        family = design_for(gait, gait.robot, law, torque_limit, stance_angle)
+    else:
+        family = PlanarLawOption(law, [], torque_limit, stance_angle).family(gait)
+    require_gains(family)
+    return family
 
 
 def _replace_bounds(family: "ControllerFamily", bounds: "dict[str, tuple[float, float]]") -> "ControllerFamily":

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
-from gaitopt.cli.walk_script import explain_robot_alone, name_walk_commands
+from gaitopt.cli.walk_script import explain_law_alone, explain_robot_alone, name_walk_commands
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
 from gaitopt.ocp.problem import GaitProblem
@@ -134,7 +134,10 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
         return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
-    alone = explain_robot_alone(vars(module)) if function == "problem" and not others else ""
+    hint = hint or explain_law_alone(path, [value for value in vars(module).values() if _is_defined_in(module, value)])
+    alone = explain_robot_alone(vars(module)) if function == "problem" and not hint else ""
+    if function == "problem" and not hint and not alone:
+        alone = "'gaitopt new NAME' writes a script that has one."
     return f"{path} has no function {function}(**parameters).{hint} {alone}".rstrip()
 
 

@@ -15,7 +15,7 @@ LONG = 120.0
 """Time from which a duration is stated in minutes [s]."""
 
 SLOW = 2.0
-"""Time of the first evaluation from which the duration of the search is announced [s]."""
+"""Time of an evaluation from which the duration of the search is announced [s]."""
 
 ENOUGH, MOST_TIMED = 0.5, 20
 """Time [s] and number of walks after which the time of a walk is known."""
@@ -34,20 +34,19 @@ class TuningAnnouncement:
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
         self._search, self._test, self._hidden = search, test, hidden
-        self._walks, self._first, self._announced, self._began = 0, 0.0, False, 0.0
+        self._walks, self._first, self._announced, self._first_evaluated = 0, 0.0, False, 0.0
 
     def begin(self) -> None:
         """Print the maximum number of evaluations of the search, and of walks of the verification."""
         self._print(describe_search(self._search))
         self._print(describe_verification(self._test))
-        self._began = time.perf_counter()
 
     def time_step(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
         """Return a step; print the expected duration of a slow search, or of the verification, once it is known.
 
-        The first evaluation determines the duration of the search.  The time of the first walk is not known: before
-        it, the law of the best gains is assessed.  The times of walks differ by their numbers of steps, so that short
-        ones are averaged.
+        The second evaluation determines the duration of the search, since the first one includes the compilation of
+        the equations.  The time of the first walk is not known: before it, the law of the best gains is assessed.  The
+        times of walks differ by their numbers of steps, so that short ones are averaged.
         """
         if isinstance(step, VerificationStep):
             self._walks += 1
@@ -58,7 +57,9 @@ class TuningAnnouncement:
                 if elapsed >= ENOUGH or self._walks >= min(MOST_TIMED, self._test.starts):
                     self._announced = True
                     self._print(describe_duration(elapsed / count, self._test.most_walks))
-        elif step.number == 1 and (seconds := time.perf_counter() - self._began) >= SLOW:
+        elif step.number == 1:
+            self._first_evaluated = time.perf_counter()
+        elif step.number == 2 and (seconds := time.perf_counter() - self._first_evaluated) >= SLOW:
             self._print(describe_search_duration(seconds, self._search.evaluations_in_total))
         return step
 
@@ -93,18 +94,18 @@ def describe_search_duration(seconds: float, evaluations: int) -> str:
     Parameters
     ----------
     seconds : float
-        Duration of the first evaluation.
+        Duration of the second evaluation.
     evaluations : int
         Maximum number of evaluations.
 
     Examples
     --------
     >>> describe_search_duration(20, 129)
-    'search: the first evaluation took 20 s, so that all evaluations take about 43 min; smaller values of \
+    'search: the second evaluation took 20 s, so that all evaluations take about 43 min; smaller values of \
 --samples and --evaluations shorten the search, and Ctrl-C ends it and keeps the best gains'
     """
     return (
-        f"search: the first evaluation took {seconds:.2g} s, so that all evaluations take about "
+        f"search: the second evaluation took {seconds:.2g} s, so that all evaluations take about "
         f"{_show_duration(seconds * evaluations)}; smaller values of --samples and --evaluations shorten the search, "
         "and Ctrl-C ends it and keeps the best gains"
     )

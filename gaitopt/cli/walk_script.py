@@ -1,7 +1,9 @@
-"""Scripts with a periodic walk in place of a result, or with a robot alone: which commands or problems are needed."""
+"""Scripts with a periodic walk in place of a result, or with a robot or a law alone: which commands are needed."""
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from gaitopt.errors import InputError
 
@@ -80,4 +82,29 @@ def explain_robot_alone(module: Mapping[str, object]) -> str:
         f"Robot {robot.name!r} is not a problem: problem() must return a PlanarWalkProblem(robot=..., section=..., "
         "coordinates=..., rates=...) for its passive gaits, or a PlanarProblem(robot=...) for optimal ones; see "
         "the guide 'Stability and branches of a custom robot'."
+    )
+
+
+def explain_law_alone(script: Path, functions: Iterable[Any]) -> str:
+    """Return the commands that use the law of a script without a problem; empty if it has no law.
+
+    Parameters
+    ----------
+    script : Path
+    functions : iterable of callable
+        Functions that the script defines.
+
+    Examples
+    --------
+    >>> def servo(robot, motion, torque_limit): ...
+    >>> explain_law_alone(Path("servo.py"), [servo])[:75]
+    " It defines the law servo, which acts on a gait: 'gaitopt stability GAIT.h5"
+    """
+    arguments = ["robot", "motion", "torque_limit"]
+    laws = [each.__name__ for each in functions if [*inspect.signature(each).parameters][:3] == arguments]
+    if not laws:
+        return ""
+    return (
+        f" It defines the law {laws[0]}, which acts on a gait: 'gaitopt stability GAIT.h5 --law {script}:{laws[0]}' "
+        f"assesses the gait with it, and 'gaitopt tune GAIT.h5 --law {script}:{laws[0]}' tunes its gains."
     )

@@ -1,4 +1,4 @@
-"""Kinks of a law at the planned motion, where its torque has no derivative."""
+"""Undefined torques and kinks of a law at the planned motion, where it has no derivative."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -74,6 +74,32 @@ def require_derivative(gait: AnyGait, law: Law | PlanarLaw) -> None:
                 "and the gait no multipliers. Use a smooth form, such as sqrt(x**2 + width**2) for fabs(x), and a "
                 "blend with tanh((q - plan) / width) for an if_else that switches at the plan."
             )
+
+
+def require_finite_torques(gait: AnyGait, law: Law | PlanarLaw) -> None:
+    """Raise InputError if a torque of a law is nan or infinite along the planned motion; laws with events are skipped.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> from gaitopt.control import feedforward
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> require_finite_torques(gait, feedforward(gait.robot, gait.motion))
+    """
+    parts = (law,) if isinstance(law, Law) else law.parts
+    if any(part.memory.events for part in parts):
+        return
+    latched = np.array(parts[0].memory.latch(*_first_state(gait), parts[0].table[:, 0])).ravel()
+    for phase in _list_phases(gait, law):
+        torque = _evaluate(phase, latched, None, 0.0)
+        for actuator, values in zip(gait.robot.actuators, torque, strict=True):
+            if not np.all(np.isfinite(values)):
+                first = int(np.argmin(np.isfinite(values)))
+                raise InputError(
+                    f"The law {law.name!r} returns {values[first]:g} as the torque of {actuator!r} at "
+                    f"{phase.time[first]:.3g} s of the planned motion. Check the law for divisions by zero, also by a "
+                    "gain that is zero, and for the square root or logarithm of a negative number."
+                )
 
 
 def _may_have_kinks(law: Law) -> bool:

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field, fields
+from dataclasses import field
 from typing import Any
 
 import casadi as ca
@@ -15,6 +15,7 @@ from gaitopt.locks import ONE_AT_A_TIME, one_at_a_time
 from gaitopt.model.contacts import accelerations
 from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
+from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force
 from gaitopt.model.mechanics import Body, Mechanics, body_points, derive
 from gaitopt.model.robot import Coordinates, Robot
@@ -154,13 +155,9 @@ def assemble(
     """
     _check_parts(name, coordinates, step, drawing)
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
-    contact, relabel, guard = step.contact, step.relabel(coordinates), step.touchdown
-    points = drawing.points if drawing else {}
-    expressions = _label_expressions(step, relabel, {"actuator": actuators, "point": points})
-    for kind, parts in (("body", bodies), ("force", forces)):
-        for number, part in enumerate(parts, start=1):
-            expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
-    _check_symbols(name, coordinates, expressions)
+    relabel, guard = step.relabel(coordinates), step.touchdown
+    _check_expressions(name, coordinates, (bodies, forces), step, actuators, drawing)
+    contact = step.contact
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
     mechanics = derive(bodies, q, v, coordinates.gravity, forces)
@@ -193,17 +190,25 @@ def assemble(
     )
 
 
-def _label_expressions(
-    step: StepEnd, relabel: Sequence[ca.SX], groups: Mapping[str, Mapping[str, ca.SX]]
-) -> dict[str, ca.SX]:
-    """Return the expressions of a step's end and of named groups by the labels of error messages."""
-    contact = step.contact
-    expressions = {"landing_foot": contact.coordinates, "touchdown": step.touchdown, "armed": step.armed}
-    expressions |= {"upright": step.upright, "rim of the landing foot": contact.rim}
-    expressions |= {f"exchanged angle {number}": angle for number, angle in enumerate(relabel, start=1)}
-    for kind, group in groups.items():
-        expressions |= {f"{kind} {label!r}": expression for label, expression in group.items()}
-    return expressions
+def _check_expressions(
+    name: str,
+    coordinates: Coordinates,
+    parts: tuple[Sequence[Body], Sequence[Force]],
+    step: StepEnd,
+    actuators: Mapping[str, ca.SX],
+    drawing: Drawing | None,
+) -> None:
+    """Raise InputError if an expression of a robot has an invalid shape, contains nan, or has other symbols."""
+    landing = step.landing if isinstance(step.landing, Contact) else PointContact(step.landing)
+    points, scalars = label_parts(*parts, {"the landing foot": landing})
+    points |= {f"point {label!r}": expression for label, expression in (drawing.points if drawing else {}).items()}
+    scalars |= {label: getattr(step, label) for label in ("touchdown", "armed", "upright")}
+    scalars |= {f"actuator {label!r}": joint for label, joint in actuators.items()}
+    check_shapes(name, points, scalars)
+    angles = enumerate(step.relabel(coordinates), start=1)
+    expressions = points | scalars | {f"exchanged angle {number}": angle for number, angle in angles}
+    check_constants(name, expressions)
+    check_symbols(name, expressions, coordinates, "c.angle(...), c.parameter(...) and c.foot")
 
 
 def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Drawing | None) -> None:
@@ -221,21 +226,6 @@ def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Dr
             if point not in points:
                 raise InputError(
                     f"Robot {name!r}: a link ends at {point!r}, which is not among the points. {suggest(point, points)}"
-                )
-
-
-def _check_symbols(name: str, coordinates: Coordinates, expressions: Mapping[str, ca.SX | float]) -> None:
-    """Raise InputError if an expression contains symbols other than those of the coordinates."""
-    q, p = coordinates.q, coordinates.p
-    used = ca.symvar(ca.veccat(q, p, *expressions.values()))
-    for what, expression in expressions.items() if len(used) > q.numel() + p.numel() else ():
-        valid = ca.vertcat(q, p, coordinates.v) if what == "armed" else ca.vertcat(q, p)
-        known = {symbol.element_hash() for symbol in ca.symvar(valid)}
-        for symbol in ca.symvar(ca.vec(ca.SX(expression))):
-            if symbol.element_hash() not in known:
-                raise InputError(
-                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that does not belong to its "
-                    "Coordinates: use c.angle(...), c.parameter(...) and c.foot."
                 )
 
 

@@ -10,9 +10,10 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.model.contacts.impact import Impact, solve_impact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
-from gaitopt.model.mechanics import SINGULAR, describe_massless
+from gaitopt.model.mechanics import describe_mass_fault
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.model.step_check import StepCheck, check_step
 from gaitopt.parameters import Parameter
 
@@ -123,6 +124,7 @@ def check_robot(
     >>> check_robot(compass_biped()).passed
     True
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "check_planar")
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
@@ -151,9 +153,8 @@ def check_robot(
     step = check_step(robot, p, states, rng, drawn=True) or StepCheck(np.inf, np.inf, np.inf, (UNARMED,))
     errors = [worst[0], -worst[1], *worst[2:], step.exchange, step.guard, step.figure]
     faults = step.faults
-    if not -worst[1] > SINGULAR:
-        massless = describe_massless(mass, ("x", "y", *robot.angles))
-        faults = (f"The mass matrix is singular{massless}; every coordinate needs a mass or an inertia.", *faults)
+    if fault := describe_mass_fault(-worst[1], mass, ("x", "y", *robot.angles)):
+        faults = (f"{fault[0].upper()}{fault[1:]}.", *faults)
     return RobotCheck(*errors, faults=faults, remarks=report_implausible_sizes(robot, values))
 
 

@@ -4,6 +4,7 @@ They read  M(q) a + h(q, v) = W^T f + E tau  with q = (x, y, angles); (x, y) is 
 W = [I 0] and the contact force f = (f_t, f_n) enters the first two rows.
 """
 
+import math
 from collections.abc import Sequence
 
 import casadi as ca
@@ -11,13 +12,19 @@ import numpy as np
 
 from gaitopt.arguments import check_record
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError
+from gaitopt.errors import NAN_CAUSES, InputError
 from gaitopt.locks import cached_property
 from gaitopt.model.forces import Damper, Force, Potential, RotorInertia, Spring
 
 SINGULAR, LEAST_SHARE = 1e-14, 1e-3
 """Least eigenvalue of the mass matrix of a valid robot, relative to the largest one, and share of a coordinate in a
 motion without mass from which it is named."""
+
+NEGATIVE = 1e-12
+"""Least size of a negative eigenvalue of the mass matrix, relative to the largest one, that is not a rounding error."""
+
+LONGEST_POSITION = 80
+"""Number of characters up to which a message quotes the position of a body."""
 
 
 @check_record
@@ -35,7 +42,7 @@ class PointMass:
     Raises
     ------
     InputError
-        If the mass is a negative number.
+        If the mass is a negative number or not finite.
 
     Examples
     --------
@@ -49,7 +56,7 @@ class PointMass:
     position: ca.SX
 
     def __post_init__(self) -> None:
-        _refuse_negative(self, "mass", "kg")
+        _check_inertia(self, "mass", "kg")
 
 
 @check_record
@@ -71,7 +78,7 @@ class RigidLink:
     Raises
     ------
     InputError
-        If the mass or the inertia is a negative number.
+        If the mass or the inertia is a negative number or not finite.
 
     Examples
     --------
@@ -87,15 +94,27 @@ class RigidLink:
     angle: ca.SX
 
     def __post_init__(self) -> None:
-        _refuse_negative(self, "mass", "kg")
-        _refuse_negative(self, "inertia", "kg m^2")
+        _check_inertia(self, "mass", "kg")
+        _check_inertia(self, "inertia", "kg m^2")
 
 
-def _refuse_negative(body: "Body", name: str, unit: str) -> None:
-    """Raise InputError if a number of a body is negative; an expression of parameters is not checked."""
+def _check_inertia(body: "Body", name: str, unit: str) -> None:
+    """Raise InputError if a number of a body is negative or not finite; an expression of parameters is not checked."""
     value = _as_expression(getattr(body, name))
-    if value.is_scalar() and value.is_constant() and float(value) < 0:
-        raise InputError(f"{type(body).__name__}: {name} must not be negative [{unit}], got {float(value):g}.")
+    number = float(value) if value.is_scalar() and value.is_constant() else 0.0
+    if 0 <= number < math.inf:
+        return
+    cause = f": {NAN_CAUSES}" if math.isnan(number) else ""
+    fault = "must not be negative" if number < 0 else "must be finite"
+    raise InputError(f"{type(body).__name__}{_locate(body)}: {name} {fault} [{unit}], got {number:g}{cause}.")
+
+
+def _locate(body: "Body") -> str:
+    """Return the place of a body, or the symbols in a long expression of it, which identify the body in a message."""
+    position = _as_expression(body.position)
+    if len(text := str(position)) <= LONGEST_POSITION:
+        return f" at {text}"
+    return f" whose position depends on {', '.join(symbol.name() for symbol in ca.symvar(position))}"
 
 
 def describe_massless(matrix: np.ndarray, names: Sequence[str]) -> str:
@@ -114,6 +133,36 @@ def describe_massless(matrix: np.ndarray, names: Sequence[str]) -> str:
     shares = np.linalg.norm(vectors[:, values <= SINGULAR * max(largest, values[-1])], axis=1)
     together = [repr(name) for name, share in zip(names, shares, strict=True) if share > LEAST_SHARE]
     return f", because no mass or inertia moves in some motion of {', '.join(together)}" if together else ""
+
+
+def describe_mass_fault(least: float, matrix: np.ndarray, names: Sequence[str]) -> str:
+    """Return a part of a sentence on a mass matrix that is not positive definite; empty if it is.
+
+    Parameters
+    ----------
+    least : float
+        Least eigenvalue relative to the largest one.
+    matrix : (n, n) array
+    names : sequence of str
+        Names of the coordinates.
+
+    Examples
+    --------
+    >>> describe_mass_fault(-0.5, np.diag([2.0, -1.0]), ["x", "knee"])
+    "the mass matrix has a negative eigenvalue: a mass or an inertia that moves with 'knee' is negative"
+    """
+    if least > SINGULAR:
+        return ""
+    if not least < -NEGATIVE:
+        massless = describe_massless(matrix, names)
+        return f"the mass matrix is singular{massless}; every coordinate needs a mass or an inertia"
+    shares = np.abs(np.linalg.eigh((matrix + matrix.T) / 2)[1][:, 0])
+    negative = [name for name, entry in zip(names, np.diag(matrix), strict=True) if entry < 0]
+    moving = negative or [name for name, share in zip(names, shares, strict=True) if share > np.max(shares) / 2]
+    return (
+        "the mass matrix has a negative eigenvalue: a mass or an inertia that moves with "
+        f"{', '.join(map(repr, moving))} is negative"
+    )
 
 
 def _refuse_massless(bodies: "Sequence[Body]", q: ca.SX) -> None:

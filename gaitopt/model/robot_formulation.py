@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import casadi as ca
+
 from gaitopt.model.contacts.mode import Mode
-from gaitopt.model.formulation import Formula, Formulation, assign, collect, latex_name
+from gaitopt.model.formulation import Formula, Formulation, assign, collect, escape_latex, latex_name
 from gaitopt.parameters import Parameter
 
 if TYPE_CHECKING:
@@ -18,6 +20,9 @@ FRICTION = {
     Mode.SLIP_BACKWARD: ("v_t < 0, f_t = μ f_n", r"v_t < 0,\ f_t = \mu f_n"),
 }
 """Coulomb's law in each mode of a closed contact, as text and as LaTeX."""
+
+LONGEST_EXPRESSION = 80
+"""Number of characters up to which the arming condition of a contact is stated as an expression."""
 
 
 def formulate_robot(robot: "Robot", values: Mapping[str, float] | None = None) -> Formulation:
@@ -106,7 +111,28 @@ def motion_of_planar_robot(robot: "PlanarRobot") -> tuple[Formula, ...]:
     contacts = [
         (f"{each.name} ({each.kind})", rf"{latex_name(each.name)}\ (\text{{{each.kind}}})") for each in robot.contacts
     ]
-    return motion, *collect("contacts", contacts)
+    return motion, *collect("contacts", contacts), *_list_arming_conditions(robot)
+
+
+def _list_arming_conditions(robot: "PlanarRobot") -> tuple[Formula, ...]:
+    """Return the conditions under which contacts close, one line for the contacts of each condition."""
+    if not any(contact.conditional for contact in robot.contacts):
+        return ()
+    rates = robot.state_names[robot.n_q :]
+    names = robot.coordinates, rates, [*(each.name for each in robot.parameters), *robot.switches]
+    symbols = [ca.vertcat(ca.SX(0, 1), *map(ca.SX.sym, group)) for group in names]
+    conditions: dict[str, list[str]] = {}
+    for contact, expression in zip(robot.contacts, ca.vertsplit(robot.arming(*symbols)), strict=True):
+        if contact.conditional:
+            text = str(expression)
+            if len(text) > LONGEST_EXPRESSION or "@" in text:  # CasADi abbreviates common parts as @1, @2, ...
+                text = f"armed(q, v) of {contact.name}"
+            text = text[1:-1] if text[0] == "(" else text  # CasADi encloses every sum and product
+            conditions.setdefault(text, []).append(contact.name)
+    lines = [f"{' and '.join(names)} may close only while {text} > 0" for text, names in conditions.items()]
+    return tuple(
+        Formula("" if number else "armed", line, rf"\text{{{escape_latex(line)}}}") for number, line in enumerate(lines)
+    )
 
 
 def list_parameters(label: str, parameters: Iterable[Parameter], values: Mapping[str, float]) -> tuple[Formula, ...]:

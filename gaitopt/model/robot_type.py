@@ -20,7 +20,7 @@ def check_robot_type(robot: object, kind: "type[Robot] | type[PlanarRobot]", exa
         Robot or PlanarRobot.
     example : str
     alternative : str
-        Name of the problem that accepts a robot of the other type.
+        Name of the problem or function that accepts a robot of the other type.
 
     Examples
     --------

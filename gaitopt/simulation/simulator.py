@@ -14,6 +14,7 @@ from gaitopt.model.contacts.impact import Impact
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import GAP
 from gaitopt.model.robot import Robot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array, Jump, Motion, Segment
 from gaitopt.motion.sampling import SegmentSamples, make_motion, make_segment
 from gaitopt.parameters import Parameter
@@ -136,6 +137,7 @@ def simulate(
     >>> str(walk.motion.sequence()), round(walk.motion.period, 6)
     ('stick | stick', 0.744621)
     """
+    check_robot_type(robot, Robot, "a Robot such as compass_biped()", "simulate_planar")
     Parameter("steps", 1, "1", "", lower=1, upper=MOST_STEPS, whole=True).check(steps)
     law = law or passive(robot)
     engine = engine or default_engine(law, robot)

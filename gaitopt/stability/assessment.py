@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law, check_law, feedforward
-from gaitopt.control.law_kinks import require_derivative
+from gaitopt.control.law_kinks import require_derivative, require_finite_torques
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError, NoGaitError
 from gaitopt.motion.gait import Gait, check_gait
@@ -86,6 +86,7 @@ def assess_stability(
     state = np.concatenate([first.q[:, 0], first.v[:, 0]])
     cycle = find_cycle(walker, Section(robot, walker.p, sliding=True).project(state))
     if cycle is None:
+        require_finite_torques(gait, law)
         raise NoGaitError(
             f"No periodic gait of the walker under the law {walker.law.name!r} was found near the planned one; "
             f"check the gait with verify, or use a law that stabilises it."

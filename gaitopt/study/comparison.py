@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -97,7 +98,14 @@ def compare(gaits: Mapping[str, AnyGait] | Sequence[AnyGait], *, multipliers: bo
     [('slip', 'slip+ stick | slip+')]
     """
     if isinstance(gaits, Gait | PlanarGait):
-        raise InputError("A comparison needs several gaits: a list, or a mapping of labels to gaits.")
+        raise InputError(
+            "A comparison needs several gaits: a list, compare([gait, other]), or a mapping of labels to gaits."
+        )
+    if isinstance(gaits, str | Path):
+        raise InputError(
+            f"compare needs gaits, not the name of a file, got {str(gaits)!r}: load the files, compare([load('a.h5'), "
+            f"load('b.h5')]), or use 'gaitopt compare a.h5 b.h5'."
+        )
     labelled = dict(gaits) if isinstance(gaits, Mapping) else _label_gaits(gaits)
     if not labelled:
         raise InputError("A comparison needs at least one gait.")

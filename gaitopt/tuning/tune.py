@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.control.law import Law
-from gaitopt.control.law_kinks import require_derivative
+from gaitopt.control.law_kinks import require_derivative, require_finite_torques
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.interrupts import InterruptRecord, hold_interrupt
@@ -89,7 +89,7 @@ def tune_feedback(
     check_any_gait(gait)
     example = 'a ControllerFamily such as controller_family_named("lqr", robot, gait.motion, torque_limit=8)'
     check_type("family", family, ControllerFamily, example)
-    _require_gains(family)
+    require_gains(family)
     gait.require()
     _require_derivative(gait, family)
     robot, search = gait.robot, search or GainSearchOptions()
@@ -122,20 +122,34 @@ def tune_feedback(
 
 
 def _require_derivative(gait: AnyGait, family: ControllerFamily) -> None:
-    """Raise InputError if the law of the first gains has a kink along the plan, as it has for other gains then."""
+    """Raise InputError if the law of the first gains has a kink or no finite torque along the plan.
+
+    It has a kink for other gains then, too.
+    """
     try:
         law = family.law({gain.name: gain.start for gain in family.gains})
     except InputError:  # no law exists for these gains
         return
+    require_finite_torques(gait, law)
     require_derivative(gait, law)
 
 
-def _require_gains(family: ControllerFamily) -> None:
-    """Raise InputError if there is nothing to tune."""
+def require_gains(family: ControllerFamily) -> None:
+    """Raise InputError if there is nothing to tune.
+
+    Examples
+    --------
+    >>> from gaitopt import load
+    >>> from gaitopt.tuning import controller_family_named
+    >>> gait = load("docs/examples/compass_slip.h5")
+    >>> require_gains(controller_family_named("lqr", gait.robot, gait.motion, torque_limit=8))
+    """
     if not family.gains:
         raise InputError(
-            f"The law {family.name!r} has no gains to tune: name rows of its table, "
-            "Law(name, control, breakpoints, table, gains={'stiffness': row}), and give them values other than 0."
+            f"The law {family.name!r} has no gains to tune. Gains of a law with the decorator define_law are the "
+            "arguments after state and plan, such as law(state, plan, stiffness=10.0); those of a Law are named rows "
+            "of its table, Law(name, control, breakpoints, table, gains={'stiffness': row}), with values other than 0. "
+            "assess_stability and 'gaitopt stability' accept a law without gains."
         )
 
 

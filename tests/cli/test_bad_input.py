@@ -98,7 +98,15 @@ SCRIPTS = {
         "    return GaitProblem(robot=compass_biped(), sequence='stick | slip+')\n",
         "The sequence 'stick | slip+' is not periodic",
     ),
-    "is empty": ("", "own.py has no function problem"),
+    "is empty": ("", "own.py has no function problem(**parameters). 'gaitopt new NAME' writes a script that has one."),
+    "defines a law": (
+        "def servo(robot, motion, torque_limit):\n    return None\n",
+        "It defines the law servo, which acts on a gait: 'gaitopt stability GAIT.h5 --law ",
+    ),
+    "defines a law by the decorator": (
+        "from gaitopt.control import define_law\n\n\n@define_law\ndef servo(state, plan, k=1.0):\n    return {}\n",
+        "own.py:servo' tunes its gains.",
+    ),
 }
 
 

@@ -502,7 +502,11 @@ def falling(robot, motion, torque_limit):
 @pytest.mark.parametrize(
     ("arguments", "status", "message"),
     [
-        (("tune", GAIT, "--law", "laws.py:without_gains"), 2, "has no gains to tune: name rows of its table"),
+        (
+            ("tune", GAIT, "--law", "laws.py:without_gains"),
+            2,
+            "has no gains to tune. Gains of a law with the decorator define_law are the arguments",
+        ),
         (
             ("stability", GAIT, "--law", "laws.py:two"),
             2,
@@ -525,6 +529,7 @@ def test_a_custom_law_that_cannot_be_used_ends_in_a_sentence(capsys, tmp_path, m
     code, text = run(capsys, command, gait, *rest)
     assert code == status
     assert message in " ".join(text.err.split())
+    assert "search: at most" not in text.err  # no plan of a search that cannot begin
 
 
 def test_a_law_tuned_in_python_is_read_if_its_family_names_the_script(capsys, script, slip_gait, tmp_path):

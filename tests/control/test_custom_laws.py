@@ -132,7 +132,15 @@ MADE = {
     "actuator": (lambda state, plan: {"hop": 0}, "'hop', which is not an actuator of the robot. Did you mean 'hip'"),
     "coordinate": (lambda state, plan: [state.q["th3"], 0], "There is no coordinate 'th3'"),
     "plan": (lambda state, plan: [plan.q["x"], 0], "There is no planned coordinate 'x'"),
-    "math": (lambda state, plan: [math.sin(state.time), 0], "'ankle' in <lambda> is not a number. A function of the"),
+    "math": (
+        lambda state, plan: [math.sin(state.time), 0],
+        "'ankle' in <lambda> contains nan: either a number in it is nan, or a function of the module math was applied",
+    ),
+    "nan": (lambda state, plan: [0, math.nan * state.time], "'hip' in <lambda> contains nan: either a number in it is"),
+    "division by zero": (
+        lambda state, plan: [0, state.time / 0],
+        r"'hip' in <lambda> contains an infinite number, such as a division by 0 or inf\.$",
+    ),
     "condition": (lambda state, plan: [1 if state.time > 0.3 else 0, 0], "uses an expression as a condition"),
     "maximum": (
         lambda state, plan: [max(state.time, 0), 0],
@@ -279,3 +287,13 @@ def test_a_kink_that_the_motion_crosses_is_accepted():
         return {"hip": plan.torque["hip"] + stiffness * ca.fmax(state.q["th1"], 0) * (state.q["th2"] - plan.q["th2"])}
 
     assert np.isfinite(assess_stability(COMPASS, crossed(COMPASS.robot, COMPASS)).radius)
+
+
+@pytest.mark.parametrize("gait", [COMPASS, HEEL_TOE], ids=["one foot", "several contacts"])
+def test_a_law_whose_torque_is_undefined_along_the_plan_is_named(gait):
+    law = curved_servo(lambda x: ca.log(-1 - x**2))(gait.robot, gait)
+    message = r"The law 'servo' returns nan as the torque of '(hip|motor)' at 0 s of the planned motion. Check the law"
+    with pytest.raises(InputError, match=message):
+        assess_stability(gait, law)
+    with pytest.raises(InputError, match=message):
+        tune_feedback(gait, ControllerFamily.from_law(law))

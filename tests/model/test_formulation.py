@@ -2,10 +2,22 @@
 
 import math
 
+import casadi as ca
 import pytest
 
-from gaitopt import CostOfTransport, GaitProblem, Limits, StabilityBound, TorqueSquared, WalkProblem, compass_biped
-from gaitopt.model import kneed_walker, monopod
+from gaitopt import (
+    CostOfTransport,
+    GaitProblem,
+    Limits,
+    Margins,
+    PointContact,
+    RigidLink,
+    StabilityBound,
+    TorqueSquared,
+    WalkProblem,
+    compass_biped,
+)
+from gaitopt.model import PlanarCoordinates, assemble_planar, kneed_walker, monopod
 from gaitopt.model.formulation import Formula, Formulation, bound, latex_name
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.ocp import PlanarLimits, PlanarProblem, PositiveWork
@@ -94,6 +106,44 @@ def test_events_of_several_contacts_are_stated():
     assert printed["next period"] == "(q, v)(0) = (q, v)(T⁺); x grows by L"
     walker = PlanarProblem(robot=compass_with_two_feet(), sequence="foot A stick |", friction=1.0, speed=0.6)
     assert lines(walker)["next period"] == "(q, v)(0) = S (q, v)(T⁺), S exchanges the legs; x grows by L"
+
+
+def test_margins_clearance_heights_and_arming_conditions_of_several_contacts_are_stated():
+    limits = PlanarLimits(clearance=0.02, height={"hip": 0.5}, impulse=0.3)
+    margins = Margins(cone=0.1, normal_force=0.03, touchdown_rate=0.2, touchdown_armed=0.04, slip_speed=0.05)
+    robot = compass_with_two_feet()
+    problem = PlanarProblem(
+        robot=robot, sequence="foot A stick |", friction=1.0, speed=0.6, limits=limits, margins=margins
+    )
+    lines = str(problem).splitlines()
+    for stated in (
+        "armed        foot A may close only while (a-b)-clearance_angle > 0",
+        "             foot B may close only while (b-a)-clearance_angle > 0",
+        "stick        v_t = 0, |f_t| ≤ 0.9 μ_s f_n",
+        "heights      hip ≥ 0.5 m",
+        "clearance    gap of open contacts ≥ 0.02 m, decreasing to 0 towards lift-off and touchdown; contacts with "
+        "`armed`: only in the first interval after lift-off",
+        "margins      f_n ≥ 0.03 m g, |Λ_t| ≤ 0.999 μ Λ_n at sticking impacts, Λ_n ≥ 0.3 N s",
+        "             approach speed of closing contacts ≥ 0.2 m/s or rad/s, armed ≥ 0.04 when they close, speed of "
+        "contacts that open at an impact ≥ 0.001 m/s or rad/s, slip speed ≥ 0.05 m/s",
+    ):
+        assert f"  {stated}" in lines
+    assert str(robot).count("may close only while") == 2
+    assert problem.describe()["clearance"] == 0.02
+    assert "armed" not in str(PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1.0))
+
+
+def test_a_long_arming_condition_is_not_written_out():
+    c = PlanarCoordinates(("x", "y", "a"))
+    hip, angle, rate = ca.vertcat(c.coordinate("x"), c.coordinate("y")), c.coordinate("a"), c.v[2]
+    foot = hip + ca.vertcat(ca.sin(angle), -ca.cos(angle))
+    contacts = {
+        "heel": PointContact(foot, armed=sum(ca.sin(k * angle) for k in range(1, 20))),
+        "toe": PointContact(foot + ca.vertcat(0.1, 0), armed=ca.sin(angle) - rate),
+    }
+    robot = assemble_planar("leg", c, bodies=[RigidLink(1.0, hip, 0.1, angle)], contacts=contacts)
+    assert "  armed        heel may close only while armed(q, v) of heel > 0\n" in str(robot)
+    assert "toe may close only while sin(a)-a_rate > 0\n" in str(robot)
 
 
 def test_a_walk_has_its_own_parameters():

@@ -10,11 +10,13 @@ from gaitopt import compass_biped
 from gaitopt.errors import InputError
 from gaitopt.model import (
     ArcContact,
+    Drawing,
     JointStop,
     PointContact,
     PointMass,
     RigidLink,
     RotorInertia,
+    Spring,
     SwitchedSpring,
     assemble_planar,
     check_planar,
@@ -135,13 +137,56 @@ def test_a_sign_that_a_contact_shares_with_another_quantity_of_its_name_is_expla
 def test_a_length_that_is_nan_is_named_instead_of_the_mirror():
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
     hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
-    lengths = {"a": 1.0, "b": math.nan}
-    contacts = {
-        f"foot {name}": PointContact(hip + length * ca.vertcat(ca.sin(c.coordinate(name)), -ca.cos(c.coordinate(name))))
-        for name, length in lengths.items()
-    }
-    (fault,) = check_planar(biped(c, mirror={"a": "b", "foot a": "foot b"}, contacts=contacts)).faults
+
+    def walker(length):
+        directions = {name: ca.vertcat(ca.sin(c.coordinate(name)), -ca.cos(c.coordinate(name))) for name in "ab"}
+        contacts = {
+            "foot a": PointContact(hip + directions["a"]),
+            "foot b": PointContact(hip + length * directions["b"]),
+        }
+        return biped(c, mirror={"a": "b", "foot a": "foot b"}, contacts=contacts)
+
+    with pytest.raises(InputError, match="position of contact 'foot b' contains nan: either a number in it is nan, or"):
+        walker(math.nan)
+    (fault,) = check_planar(walker(ca.log(-1 - c.coordinate("b") ** 2))).faults
     assert "the equations of motion are not finite (nan): check that every mass, length, position" in fault
+
+
+POINT = r"must be a point of the plane, ca.vertcat\(x, y\) of shape \(2, 1\), got shape "
+SCALAR = r"must be a single expression or number of shape \(1, 1\), got shape \(2, 1\): \[x, y\]"
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (
+            lambda hip, a: {"contacts": {"foot": PointContact(ca.vertcat(hip, 0))}},
+            r"position of contact 'foot' " + POINT,
+        ),
+        (lambda hip, a: {"contacts": {"foot": PointContact(hip[1])}}, r"position of contact 'foot' " + POINT),
+        (lambda hip, a: {"contacts": {"foot": PointContact(hip.T)}}, r"position of contact 'foot' " + POINT),
+        (lambda hip, a: {"contacts": {"foot": PointContact(hip, armed=hip)}}, "armed of contact 'foot' " + SCALAR),
+        (lambda hip, a: {"contacts": {"arc": ArcContact(hip, hip, a)}}, "radius of contact 'arc' " + SCALAR),
+        (lambda hip, a: {"contacts": {"stop": JointStop(hip)}}, "gap of contact 'stop' " + SCALAR),
+        (
+            lambda hip, a: {"bodies": [PointMass(1, hip), PointMass(1, hip[1])]},
+            "position of body 2 " + POINT,
+        ),
+        (lambda hip, a: {"bodies": [RigidLink(1, hip, 0.1, hip)]}, "angle of body 1 " + SCALAR),
+        (lambda hip, a: {"actuators": {"motor": hip}}, "actuator 'motor' " + SCALAR),
+        (lambda hip, a: {"forces": [Spring(a, 1), Spring(hip, 1)]}, "coordinate of force 2 " + SCALAR),
+        (lambda hip, a: {"drawing": Drawing({"head": ca.vertcat(hip, 0)})}, "point 'head' " + POINT),
+        (
+            lambda hip, a: {"bodies": [PointMass(1, hip + ca.vertcat(math.sin(a), -math.cos(a)))]},
+            "position of body 1 contains nan: .* a function of the module math .*: use that of casadi",
+        ),
+    ],
+)
+def test_expressions_of_a_wrong_shape_or_of_the_module_math_are_named(part, message):
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    with pytest.raises(InputError, match=f"Robot 'biped': {message}"):
+        biped(c, **part(hip, c.coordinate("a")))
 
 
 def test_a_mirror_that_misses_a_contact_is_a_fault():
@@ -200,21 +245,29 @@ def test_an_inertia_without_mass_is_rejected_and_a_rotor_is_not():
     assert check_planar(assemble_wheel(forces=[RotorInertia(angle, 0.1)])).passed
 
 
-def test_a_negative_mass_is_named_by_its_sign():
+def test_a_negative_mass_is_named_by_its_sign_and_its_body():
     place = ca.vertcat(ca.SX.sym("x"), ca.SX.sym("y"))
+    far = place + 3.25 * ca.vertcat(ca.sin(ca.SX.sym("a") + ca.SX.sym("b")), ca.cos(ca.SX.sym("thigh_angle")))
     for make, message in (
-        (lambda: RigidLink(-0.5, place, 0.1, 0.0), r"RigidLink: mass must not be negative \[kg\], got -0.5"),
+        (
+            lambda: RigidLink(-0.5, place, 0.1, 0.0),
+            r"RigidLink at \[x, y\]: mass must not be negative \[kg\], got -0.5",
+        ),
         (
             lambda: RigidLink(0.5, place, ca.SX(-0.1), 0.0),
-            r"RigidLink: inertia must not be negative \[kg m\^2\], got -0.1",
+            r"RigidLink at \[x, y\]: inertia must not be negative \[kg m\^2\], got -0.1",
         ),
-        (lambda: PointMass(-6, place), r"PointMass: mass must not be negative \[kg\], got -6"),
+        (lambda: PointMass(-6, place), r"PointMass at \[x, y\]: mass must not be negative \[kg\], got -6"),
+        (lambda: PointMass(-6, far + far**2), "PointMass whose position depends on .*, thigh_angle: mass must not be"),
+        (lambda: PointMass(math.nan, place), r"\[x, y\]: mass must be finite \[kg\], got nan: either .* casadi.sin"),
+        (lambda: PointMass(math.inf, place), r"PointMass at \[x, y\]: mass must be finite \[kg\], got inf\.$"),
     ):
         with pytest.raises(InputError, match=message):
             make()
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY, Parameter("leg_mass", -6.0, "kg", "mass of a leg")])
     bodies = [PointMass(c.parameter("leg_mass"), ca.vertcat(c.coordinate("x"), c.coordinate("y")))]
-    assert "a mass or an inertia is negative" in check_planar(biped(c, bodies=bodies)).faults[0]
+    (fault,) = check_planar(biped(c, bodies=bodies)).faults
+    assert fault.endswith("a mass or an inertia that moves with 'x', 'y' is negative (leg_mass = -6 kg).")
 
 
 @pytest.mark.parametrize("armed", [0.05, -1, True])
@@ -243,7 +296,7 @@ def test_a_coordinate_of_travel_that_turns_the_robot_is_a_fault():
 def test_errors_of_the_assembly_state_what_is_accepted():
     stranger = ca.SX.sym("stranger")
     c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
-    with pytest.raises(InputError, match="gap of contact 'foot' depends on a symbol 'stranger' that does not belong"):
+    with pytest.raises(InputError, match="position of contact 'foot' depends on a symbol 'stranger' that does not"):
         biped(c, contacts={"foot": PointContact(ca.vertcat(c.coordinate("x"), stranger))})
     with pytest.raises(InputError, match="must be a PointContact, an ArcContact or a JointStop, got 3"):
         biped(c, contacts={"foot": 3})

@@ -1,5 +1,6 @@
 """Robots assembled from parts: a rod that can be checked by hand, and every mistake named."""
 
+import math
 import pickle
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -113,6 +114,28 @@ def test_relabelling_must_be_invertible():
 def test_relabelling_needs_every_angle():
     with pytest.raises(InputError, match="one for each"):
         rod(relabel=lambda th: ca.vertcat(th, th))
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (
+            lambda c, th: {"bodies": lambda *_: [PointMass(1, ca.vertcat(c.foot, 0))]},
+            r"position of body 1 must be a point of the plane, .* got shape \(3, 1\)",
+        ),
+        (lambda c, th: {"landing": c.foot[1]}, r"position of the landing foot must be a point .* got shape \(1, 1\)"),
+        (lambda c, th: {"upright": c.foot}, r"upright must be a single expression .* got shape \(2, 1\)"),
+        (lambda c, th: {"actuators": {"ankle": c.foot}}, "actuator 'ankle' must be a single expression"),
+        (
+            lambda c, th: {"actuators": {"ankle": math.sin(th)}},
+            "actuator 'ankle' contains nan: either a number in it is nan, or a function of the",
+        ),
+    ],
+)
+def test_expressions_of_a_wrong_shape_or_of_the_module_math_are_named(part, message):
+    c = Coordinates(["th"], [GRAVITY])
+    with pytest.raises(InputError, match=f"Robot 'rod': {message}"):
+        rod(**part(c, c.angle("th")))
 
 
 def test_slope_and_friction_belong_to_the_ground():

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaitopt import InputError, Limits, Margins, Status, solve, verify
+from gaitopt.ocp import PlanarLimits
 from gaitopt.ocp.statement.limits import Range
 
 ACTUATORS = ("ankle", "hip")
@@ -24,6 +25,8 @@ def test_an_actuator_without_a_torque_limit_is_unlimited():
 def test_a_limit_of_an_unknown_actuator_names_the_nearest():
     with pytest.raises(InputError, match=r"no actuator 'ancle'\. Did you mean 'ankle'"):
         Limits(torque={"ancle": 3}).torques(ACTUATORS)
+    with pytest.raises(InputError, match=r"^PlanarLimits.torque: there is no actuator 'ancle'\. Did you mean 'ankle'"):
+        PlanarLimits(torque={"ancle": 3}).torques(ACTUATORS)
 
 
 @pytest.mark.parametrize("torque", [-1, math.nan, None, "strong", {"hip": -0.1}, {"hip": math.nan}])

@@ -6,10 +6,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import Mode, Stop, compass_biped, rimless_wheel, simulate
+from gaitopt import Mode, Stop, check_robot, compass_biped, rimless_wheel, simulate
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
-from gaitopt.model import compass_with_two_feet, kneed_walker, monopod, spoked_wheel, vertical_hopper
+from gaitopt.model import (
+    check_planar,
+    compass_with_two_feet,
+    kneed_walker,
+    monopod,
+    spoked_wheel,
+    vertical_hopper,
+)
 from gaitopt.simulation import place_planar, simulate_planar
 from gaitopt.simulation.planar_simulation.phase_torque import LawState
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
@@ -354,3 +361,17 @@ def test_the_equations_of_contact_states_with_other_latched_values_are_not_all_s
         last = automaton.phase(replace(state, memory=LawState(0, 0.0, (float(number),), mirrored=False)))
     assert len(automaton._phases) <= 50
     assert automaton.phase(replace(state, memory=LawState(0, 0.0, (199.0,), mirrored=False))) is last
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: simulate(monopod(), [0] * 5, [0] * 5, {}), "PlanarRobot 'monopod' is for simulate_planar"),
+        (lambda: simulate_planar(compass_biped(), [0] * 4, [0] * 4, {}), "Robot 'compass_biped' is for simulate"),
+        (lambda: check_robot(monopod()), "PlanarRobot 'monopod' is for check_planar"),
+        (lambda: check_planar(compass_biped()), "Robot 'compass_biped' is for check_robot"),
+    ],
+)
+def test_a_robot_of_the_other_type_names_the_function_that_accepts_it(call, message):
+    with pytest.raises(InputError, match=rf"{message}\.$"):
+        call()

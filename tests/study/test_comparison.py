@@ -51,7 +51,7 @@ def test_labels_tell_gaits_apart(pair, slip_gait):
     texts = [f"{SEQUENCES[1]}, slope 0\N{DEGREE SIGN}", f"{SEQUENCES[1]}, slope 1\N{DEGREE SIGN}"]  # as in figures
     assert list(compare([slip_gait, tilted]).gaits) == texts
     assert list(compare({"a": pair[0]}).gaits) == ["a"]
-    with pytest.raises(InputError, match="a list, or a mapping of labels"):
+    with pytest.raises(InputError, match="or a mapping of labels"):
         compare(load("docs/examples/compass_slip.h5"))
     with pytest.raises(InputError, match="needs at least one gait"):
         compare([])

@@ -10,10 +10,11 @@ from gaitopt import Collocation, Execution, load, load_sweep_gait, search, sweep
 from gaitopt.errors import InputError
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
 from gaitopt.motion import PhaseSequence
-from gaitopt.ocp import solve_planar
+from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study import load_sweep, planar_starts
 from gaitopt.study.sequence_search.planar_search import name_file
+from gaitopt.study.storage.study_key import study_key
 from tests.ocp.multicontact_examples import walk
 
 COARSE = Collocation(intervals=10)
@@ -190,3 +191,10 @@ def test_searches_sweeps_and_solves_state_one_reason_of_an_impossible_sequence(p
     assert finding.reason.startswith("all contacts slip forward all the time: friction 1 then")
     with pytest.raises(InputError, match=re.escape(f"A{finding.reason[1:]}.")):
         sweep(slipping, {"speed": [0.6]}, starts=1)
+
+
+def test_the_key_of_a_study_contains_a_changed_clearance_only(problem):
+    """Studies with the default clearance keep the key of earlier versions and are resumed."""
+    key = study_key(problem.replace(limits=PlanarLimits(torque=6)))
+    assert "clearance" not in key["problem"]
+    assert study_key(problem.replace(limits=PlanarLimits(torque=6, clearance=0.01)))["problem"]["clearance"] == 0.01

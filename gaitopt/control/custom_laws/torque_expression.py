@@ -12,7 +12,7 @@ import numpy as np
 from gaitopt.control.custom_laws.condition_continuity import STATE_INPUTS, has_continuous_conditions
 from gaitopt.control.custom_laws.law_arguments import FeedbackPlan, FeedbackState
 from gaitopt.control.signature import LawInputs
-from gaitopt.errors import GaitoptError, InputError, suggest
+from gaitopt.errors import NAN_CAUSES, GaitoptError, InputError, suggest
 
 FORM = "the torques by actuator, such as {'hip': plan.torque['hip'] - stiffness * error}"
 """What a custom law's function returns, for messages."""
@@ -126,10 +126,11 @@ def check_torque_expression(name: str, inputs: LawInputs, torque: ca.SX, actuato
         steps = range(function.n_instructions())
         codes = [function.instruction_id(step) for step in steps]
         constants = [function.instruction_constant(step) for step in steps if codes[step] == ca.OP_CONST]
+        if np.any(np.isnan(constants)):
+            raise InputError(f"The torque of {actuator!r} in {name} contains nan: {NAN_CAUSES}.")
         if not np.all(np.isfinite(constants)):
             raise InputError(
-                f"The torque of {actuator!r} in {name} is not a number. A function of the module math applied to an "
-                "expression gives nan: use that of casadi, such as casadi.sin."
+                f"The torque of {actuator!r} in {name} contains an infinite number, such as a division by 0 or inf."
             )
         jumps = [JUMPS[code] for code in codes if code in JUMPS] or _find_state_jumps(function, codes)
         if jumps and (jumps[0] in JUMPS.values() or not has_continuous_conditions(function)):

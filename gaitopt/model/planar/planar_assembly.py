@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
 import casadi as ca
@@ -13,6 +12,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
+from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force, Potential
 from gaitopt.model.mechanics import Body, Mechanics, RigidLink, body_points, derive
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, ContactEntry
@@ -87,6 +87,7 @@ def assemble_planar(
             f"Robot {name!r}: coordinates must be PlanarCoordinates(names, parameters), got {coordinates!r}."
         )
     actuators, drawing = dict(actuators or {}), drawing or Drawing()
+    labelled = _check_parts(name, (bodies, forces), contacts, actuators, drawing.points)
     places = drawing.points or _default_points(bodies, contacts, drawing)
     units = _find_units(coordinates.q, bodies, contacts, places)
     entries = tuple(_entry(name, label, part, contacts, (coordinates.q, units)) for label, part in contacts.items())
@@ -97,7 +98,7 @@ def assemble_planar(
     symbols = ca.vertcat(*[ca.SX.sym(f"extended_{k}") for k in range(len(springs))]) if springs else ca.SX(0, 1)
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
-    _check_symbols(name, coordinates, symbols, _label(bodies, every, contacts, actuators, places))
+    check_symbols(name, labelled, coordinates, "c.coordinate(...) and c.parameter(...)")
     _check_gaps(name, contacts, coordinates.q)
     mechanics = derive(bodies, coordinates.q, coordinates.v, coordinates.gravity, every)
     index = {point: i for i, point in enumerate(places)}
@@ -258,41 +259,21 @@ def _check_links(robot: str, points: Mapping[str, ca.SX], links: Sequence[tuple[
             )
 
 
-def _label(
-    bodies: Sequence[Body],
-    forces: Sequence[Force],
+def _check_parts(
+    name: str,
+    parts: tuple[Sequence[Body], Sequence[Force | SwitchedSpring]],
     contacts: Mapping[str, AnyContact],
     actuators: Mapping[str, ca.SX],
-    points: Mapping[str, ca.SX],
+    drawn: Mapping[str, ca.SX],
 ) -> dict[str, ca.SX | float]:
-    """Return all expressions of a robot by the labels of error messages."""
-    expressions = {f"actuator {label!r}": expression for label, expression in actuators.items()}
-    for kind, parts in (("body", bodies), ("force", forces)):
-        for number, part in enumerate(parts, start=1):
-            expressions |= {f"{entry.name} of {kind} {number}": getattr(part, entry.name) for entry in fields(part)}
-    for label, contact in contacts.items():
-        expressions[f"gap of contact {label!r}"] = contact.gap
-        if isinstance(contact, Contact):
-            expressions[f"slide coordinate of contact {label!r}"] = contact.slide
-            expressions[f"armed of contact {label!r}"] = 1 if contact.armed is None else contact.armed
-    expressions |= {f"point {label!r}": expression for label, expression in points.items()}
-    return expressions
-
-
-def _check_symbols(
-    name: str, coordinates: PlanarCoordinates, switches: ca.SX, expressions: Mapping[str, ca.SX | float]
-) -> None:
-    """Raise InputError if an expression contains symbols other than those of the coordinates."""
-    placed = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(coordinates.q, coordinates.p, switches))}
-    rates = {symbol.element_hash() for symbol in ca.symvar(coordinates.v)}
-    for what, expression in expressions.items():
-        known = placed | rates if what.startswith("armed") else placed
-        for symbol in ca.symvar(ca.vec(ca.SX(expression))):
-            if symbol.element_hash() not in known:
-                raise InputError(
-                    f"Robot {name!r}: {what} depends on a symbol {symbol.name()!r} that does not belong to its "
-                    "PlanarCoordinates: use c.coordinate(...) and c.parameter(...)."
-                )
+    """Return all expressions of a robot by the labels of messages; raise InputError for an invalid shape or nan."""
+    valid = {f"contact {label!r}": each for label, each in contacts.items() if isinstance(each, Contact | JointStop)}
+    points, scalars = label_parts(*parts, valid)
+    points |= {f"point {label!r}": expression for label, expression in drawn.items()}
+    scalars |= {f"actuator {label!r}": joint for label, joint in actuators.items()}
+    check_shapes(name, points, scalars)
+    check_constants(name, points | scalars)
+    return points | scalars
 
 
 def _without_rates(inputs: dict[str, ca.SX]) -> dict[str, ca.SX]:

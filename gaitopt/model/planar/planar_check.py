@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gaitopt.arguments import check_arguments
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
-from gaitopt.model.mechanics import SINGULAR, describe_massless
+from gaitopt.model.mechanics import SINGULAR, describe_mass_fault
 from gaitopt.model.planar.contact_translation import describe_detached_contacts
 from gaitopt.model.planar.mirror_check import (
     DIFFERENCED,
@@ -22,6 +22,7 @@ from gaitopt.model.planar.mirror_check import (
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.parameters import Parameter
 
 Vector = NDArray[np.float64]
@@ -31,9 +32,6 @@ STEP = 1e-5
 
 MOST_COORDINATES = 12
 """Largest number of coordinates of a robot that is checked before it is used: the check forms its mass matrix."""
-
-NEGATIVE = 1e-12
-"""Least size of a negative eigenvalue of the mass matrix, relative to the largest one, that is not a rounding error."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +115,7 @@ def check_planar(
     >>> check_planar(kneed_walker()).passed
     True
     """
+    check_robot_type(robot, PlanarRobot, "a PlanarRobot such as monopod()", "check_robot")
     Parameter("states", 1, "1", "", lower=1, upper=100_000, whole=True).check(states)
     Parameter("seed", 0, "1", "", lower=0, whole=True).check(seed)
     rng = np.random.default_rng(seed)
@@ -140,9 +139,8 @@ def check_planar(
         )
     worst = np.max(np.array(rows), axis=0).tolist()
     least, energy, contacts, travel, mirror = worst
-    massless = "" if -least > SINGULAR else describe_massless(mass, robot.coordinates)
     faults = (
-        *_faults(robot, worst, (q, v, p), massless),
+        *_faults(robot, worst, (q, v, p), _describe_masses(robot, -least, mass, values)),
         *_release_faults(robot),
         *_arming_faults(robot, p),
     )
@@ -168,16 +166,22 @@ def require_planar(robot: PlanarRobot, parameters: Mapping[str, float]) -> None:
         raise InputError(" ".join(check.faults))
 
 
+def _describe_masses(robot: PlanarRobot, least: float, mass: Vector, values: Mapping[str, float]) -> str:
+    """Return a part of a sentence on an invalid mass matrix, with negative masses among the parameters."""
+    fault = describe_mass_fault(least, mass, robot.coordinates)
+    units = {each.name: each.unit for each in robot.parameters if each.unit in ("kg", "kg m^2")}
+    negative = [f"{name} = {values[name]:g} {unit}" for name, unit in units.items() if values[name] < 0]
+    return f"{fault} ({', '.join(negative)})" if fault and negative else fault
+
+
 def _faults(
-    robot: PlanarRobot, worst: list[float], state: tuple[Vector, Vector, Vector], massless: str
+    robot: PlanarRobot, worst: list[float], state: tuple[Vector, Vector, Vector], masses: str
 ) -> tuple[str, ...]:
-    """Return the sentences of the errors that are too large."""
-    least, energy, contacts, travel, mirror = worst
+    """Return the sentences of the errors that are too large; `masses` is that on the mass matrix."""
+    _, energy, contacts, travel, mirror = worst
     name, faults = f"Robot {robot.name!r}:", []
-    if least > NEGATIVE:
-        return (f"{name} the mass matrix has a negative eigenvalue: a mass or an inertia is negative.",)
-    if not -least > SINGULAR:
-        return (f"{name} the mass matrix is singular{massless}; every coordinate needs a mass or an inertia.",)
+    if masses:
+        return (f"{name} {masses}.",)
     if any(np.isnan(worst)):
         return (
             f"{name} the equations of motion are not finite (nan): check that every mass, length, position and "

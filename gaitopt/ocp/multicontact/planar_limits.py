@@ -75,6 +75,9 @@ class PlanarLimits:
 
     def torques(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator, in order; raise InputError for an invalid limit or name."""
+        for name in self.torque if isinstance(self.torque, Mapping) else ():
+            if name not in actuators:
+                raise InputError(f"PlanarLimits.torque: there is no actuator {name!r}. {suggest(name, actuators)}")
         return Limits(torque=self.torque).torques(actuators)
 
     def coordinates(self, names: tuple[str, ...]) -> list[tuple[float, float]]:

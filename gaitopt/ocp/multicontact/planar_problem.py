@@ -255,6 +255,7 @@ class PlanarProblem:
             "torque_limit": dict(zip(robot.actuators, limits.torques(robot.actuators), strict=True)),
             "coordinate_limit": {name: list(pair) for name, pair in limits.coordinate.items()},
             "height_limit": limits.heights(robot.points),
+            "clearance": limits.clearance,
             "rate_limit": limits.rate,
             "shortest_phase": limits.shortest_phase,
             "longest_step": limits.longest_step,

@@ -14,7 +14,7 @@ from gaitopt.model.robot_formulation import (
     motion_of_planar_robot,
     motion_of_walker,
 )
-from gaitopt.ocp.statement.limits import Range
+from gaitopt.ocp.statement.limits import Margins, Range
 from gaitopt.ocp.statement.objective import Objective
 
 COMPLEMENTARITY = (
@@ -104,13 +104,19 @@ def formulate_planar_problem(problem: Any) -> Formulation:
             *_free_parameters(problem),
             *list_actuators(robot),
             *motion_of_planar_robot(robot),
-            *(Formula(mode.value, *FRICTION[mode]) for mode in FRICTION),
+            *(
+                Formula(mode.value, *(_stick_in_cone(problem.margins) if mode is Mode.STICK else FRICTION[mode]))
+                for mode in FRICTION
+            ),
             *lines,
             *_actuator_impulses(problem),
             _formulate_periodicity(robot),
             *_targets(problem),
             *_torque_limits(limits.torques(robot.actuators), robot.actuators, robot.actuator_units),
             *collect("coordinates", [bound(name, low, high, unit) for name, (low, high), unit in coordinates]),
+            *collect("heights", [bound(name, least, math.inf, "m") for name, least in limits.height.items()]),
+            *_clearance(problem),
+            *_planar_margins(problem),
             *_durations_and_rates(limits, "each rate", "m/s or rad/s"),
             *_ground_and_parameters(problem),
         ),
@@ -173,11 +179,7 @@ def _phase(problem: Any, number: int) -> list[Formula]:
     """Return the contact law of a phase, and the event that ends it if it is not the touchdown."""
     phases, margins = problem.sequence.phases, problem.margins
     mode, least = phases[number], margins.normal_force
-    share = "" if margins.cone == 0 else f"{1 - margins.cone:g} "
-    laws = {
-        Mode.STICK: (f"v_t = 0, |f_t| ≤ {share}μ_s f_n", rf"v_t = 0,\ |f_t| \le {share}\mu_s f_n"),
-        Mode.ANY: COMPLEMENTARITY,
-    }
+    laws = {Mode.STICK: _stick_in_cone(margins), Mode.ANY: COMPLEMENTARITY}
     text, latex = laws.get(mode) or FRICTION[mode]
     lines = [
         Formula(
@@ -190,6 +192,39 @@ def _phase(problem: Any, number: int) -> list[Formula]:
         event = problem.robot.contact_model.between(mode, phases[number + 1]).event
         lines.append(_event(event, phases[number + 1]))
     return lines
+
+
+def _stick_in_cone(margins: Margins) -> tuple[str, str]:
+    """Return the law of a sticking contact with the margin to its friction cone, as text and as LaTeX."""
+    share = "" if margins.cone == 0 else f"{1 - margins.cone:g} "
+    return f"v_t = 0, |f_t| ≤ {share}μ_s f_n", rf"v_t = 0,\ |f_t| \le {share}\mu_s f_n"
+
+
+def _clearance(problem: Any) -> tuple[Formula, ...]:
+    """Return the least gap of open contacts, and for which part of a swing it holds."""
+    least, armed = problem.limits.clearance, any(contact.conditional for contact in problem.robot.contacts)
+    remark = ", decreasing to 0 towards lift-off and touchdown" if least else ""
+    remark += "; contacts with `armed`: only in the first interval after lift-off" if armed else ""
+    return (_words("clearance", f"gap of open contacts ≥ {least:g} m{remark}"),)
+
+
+def _planar_margins(problem: Any) -> tuple[Formula, ...]:
+    """Return the margins to changes of the contact sequence, two lines: of forces, and of rates at events."""
+    margins, impulse = problem.margins, problem.limits.impulse
+    conditional = any(contact.conditional for contact in problem.robot.contacts)
+    forces = [
+        f"f_n ≥ {margins.normal_force:g} m g",
+        f"|Λ_t| ≤ {1 - margins.impact_cone:g} μ Λ_n at sticking impacts" if math.isfinite(problem.friction) else "",
+        f"Λ_n ≥ {impulse:g} N s" if impulse else "",
+    ]
+    rates = [
+        f"approach speed of closing contacts ≥ {margins.touchdown_rate:g} m/s or rad/s",
+        f"armed ≥ {margins.touchdown_armed:g} when they close" if conditional else "",
+        f"speed of contacts that open at an impact ≥ {margins.separation:g} m/s or rad/s",
+        f"slip speed ≥ {margins.slip_speed:g} m/s" if margins.slip_speed and math.isfinite(problem.friction) else "",
+    ]
+    lines = [", ".join(filter(None, each)) for each in (forces, rates)]
+    return _words("margins", lines[0]), _words("", lines[1])
 
 
 def _event(event: HybridEvent, following: Mode) -> Formula:

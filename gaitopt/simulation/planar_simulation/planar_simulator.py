@@ -14,6 +14,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError
 from gaitopt.lazy import Deferred
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot_type import check_robot_type
 from gaitopt.model.terrain import Terrain, separate_terrain
 from gaitopt.motion.contact_trajectories import sample_contacts
 from gaitopt.motion.motion import Array
@@ -112,6 +113,7 @@ def simulate_planar(
     >>> rollout.stop.key, rollout.motion.sequence
     ('event_reached', 'full length latched | sole closed > sole closed |')
     """
+    check_robot_type(robot, PlanarRobot, "a PlanarRobot such as monopod()", "simulate")
     duration = DURATION.check(duration)
     check_event(robot, until)
     values, terrain = separate_terrain(parameters)

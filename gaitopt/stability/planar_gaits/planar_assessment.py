@@ -1,7 +1,7 @@
 """Multipliers of an optimised planar gait, in open loop or under a law."""
 
 from gaitopt.arguments import check_arguments
-from gaitopt.control.law_kinks import require_derivative
+from gaitopt.control.law_kinks import require_derivative, require_finite_torques
 from gaitopt.control.planar_laws.planar_feedback import planar_feedforward
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import NoGaitError
@@ -53,6 +53,7 @@ def assess_planar(gait: PlanarGait, law: PlanarLaw | None = None, *, engine: Pla
     """
     law = planar_feedforward(gait) if law is None else law
     automaton = PlanarAutomaton(gait.robot, gait.robot.resolve(gait.motion.parameters), law, engine=engine)
+    require_finite_torques(gait, law)
     require_derivative(gait, law)
     first = gait.motion.segments[0]
     cycle = find_cycle_from(automaton, first.q[:, 0].copy(), first.v[:, 0].copy(), law.section, tolerance=PLANNED)

@@ -9,6 +9,7 @@ import casadi as ca
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.summary import plain
+from gaitopt.ocp.multicontact.planar_limits import PlanarLimits
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 
@@ -23,6 +24,8 @@ def study_key(problem: GaitProblem | PlanarProblem, **study: Any) -> dict[str, A
         described.pop(provenance, None)
     if described["transcription"].endswith(", 1 substep"):  # studies of earlier versions are resumed
         described["transcription"] += "s"
+    if isinstance(problem, PlanarProblem) and problem.limits.clearance == PlanarLimits().clearance:
+        described.pop("clearance")  # which the keys of earlier versions did not contain
     return {
         "problem": described,
         "physics": _digest(problem.robot),
