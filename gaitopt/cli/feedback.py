@@ -10,6 +10,7 @@ from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unst
 from gaitopt.cli.law_option import design_for
 from gaitopt.cli.law_trials import LawTrials, try_other_laws
 from gaitopt.cli.options import (
+    EngineName,
     Evaluations,
     Frictions,
     GainBounds,
@@ -33,6 +34,8 @@ from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import AnyGait
+    from gaitopt.simulation.engine import Engine
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.tuning.controller_family import ControllerFamily
     from gaitopt.tuning.record import Tuning
 
@@ -51,6 +54,7 @@ def tune(
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
+    engine: EngineName = "auto",
     output: GainsOutput = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -69,6 +73,7 @@ def tune(
     """
     from gaitopt.cli.script import load_feedback_gait
     from gaitopt.cli.tuning_announcement import TuningAnnouncement
+    from gaitopt.simulation.engine_choice import engine_for
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tune import tune_feedback
@@ -81,7 +86,9 @@ def tune(
         gait = load_feedback_gait(file, problem)
         family = _family_of(gait, law, torque_limit, stance_angle)
         family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
+        used = engine_for(gait.robot, engine)
         _recommend_engine(gait, hidden=json)
+        announcement.advice = _find_advice(gait, used)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
         tuned = tune_feedback(
@@ -91,6 +98,7 @@ def tune(
             frictions=tuple(friction or ()),
             search=search,
             test=test,
+            engine=used,
             observer=lambda step: display.describe(_progress(announcement.time_step(step))),
         )
         trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
@@ -159,6 +167,14 @@ def _recommend_engine(gait: "AnyGait", *, hidden: bool) -> None:
 
     if not hidden and isinstance(gait, Gait) and (advice := faster_walks(default_engine())):
         err.print(advice, soft_wrap=True)
+
+
+def _find_advice(gait: "AnyGait", engine: "Engine | PlanarEngine | None") -> str | None:
+    """Return how slow evaluations of a gait of a robot with several contacts become faster."""
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.simulation.engine_choice import choose_planar_engine, faster_planar_walks
+
+    return faster_planar_walks(choose_planar_engine(engine)) if isinstance(gait, PlanarGait) else None
 
 
 def _progress(step: TuningStep | VerificationStep) -> str:

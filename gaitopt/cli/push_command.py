@@ -14,6 +14,7 @@ from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
 from gaitopt.cli.options import (
     Disturbances,
     DisturbedSteps,
+    EngineName,
     GainValues,
     Json,
     LawName,
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from gaitopt.control.law import Law
     from gaitopt.control.planar_laws.planar_law import PlanarLaw
     from gaitopt.motion.planar_gait import AnyGait
+    from gaitopt.simulation.engine import Engine
+    from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.stability.cycle import Cycle
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.recovery import PushTest, Recovery
@@ -72,6 +75,7 @@ def push(
     starts: PushStarts = 50,
     ball: PushRadius = 0.1,
     kind: Disturbances = None,
+    engine: EngineName = "auto",
     workers: Workers = None,
     scheduler: Scheduler = None,
     output: PushOutput = None,
@@ -99,6 +103,7 @@ def push(
     Example: gaitopt push compass_slip.h5 --law lqr
     """
     from gaitopt.cli.script import load_feedback_gait
+    from gaitopt.simulation.engine_choice import engine_for
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
@@ -106,8 +111,9 @@ def push(
     began = time.perf_counter()
     gait = load_feedback_gait(file, problem)
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
-    cycle, test = assess_stability(gait, chosen), PushTest(starts=starts)
-    tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test)
+    used, test = engine_for(gait.robot, engine), PushTest(starts=starts)
+    cycle = assess_stability(gait, chosen, engine=used)
+    tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test, engine=used)
     settings: dict[str, Any] = {"law": title, "radius": cycle.radius, "steps": steps, "starts": starts, "ball": ball}
     settings |= {"friction": cycle.parameters["friction"], "torque_limits": _name_limits(gait, chosen)}
     results = _resume(output, settings, _read_kinds(tested, kind), _read_kinds(tested, None))
@@ -118,7 +124,7 @@ def push(
     record = RobustnessRecord(**settings, **results.parts)
     facts = {
         "law": title,
-        "engine": _engine_of(chosen, gait),
+        "engine": _name_engine(chosen, gait, used),
         "radius": cycle.radius,
         "steps": steps,
         **endurance_facts(record),
@@ -187,12 +193,13 @@ class _Results:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _ControlledGait:
-    """A gait under a law, its periodic motion and its test by pushes."""
+    """A gait under a law, its periodic motion, its test by pushes, and the stated engine."""
 
     gait: "AnyGait"
     law: "Law | PlanarLaw"
     cycle: "Cycle | PlanarCycle"
     test: "PushTest"
+    engine: "Engine | PlanarEngine | None"
 
     def find_margins(self, results: _Results, steps: int, team: WorkerOptions, *, hidden: bool) -> None:
         """Add the largest disturbance survived of each kind to the results."""
@@ -208,6 +215,7 @@ class _ControlledGait:
                 self.cycle,
                 walking=WalkTest(steps=steps),
                 test=self.test,
+                engine=self.engine,
                 execution=team.execution(display.count, active_observer=display.show_active),
                 kinds=kinds,
             )
@@ -225,7 +233,7 @@ class _ControlledGait:
         with show_progress("pushes", hidden=hidden) as display:
             for name, law in {title: self.law, "open loop": law_of_gait(self.gait, OPEN_LOOP)}.items():
                 display.describe(f"pushes up to {ball:g} rad/s, {name}")
-                recoveries[name] = measure_gait_recovery(self.gait, law, ball, self.test)
+                recoveries[name] = measure_gait_recovery(self.gait, law, ball, self.test, self.engine)
         results.recoveries.update(recoveries)
 
 
@@ -296,12 +304,12 @@ def _read_kinds(tested: _ControlledGait, stated: Sequence[str] | None) -> tuple[
     return tuple(kind for kind in known if kind in names)
 
 
-def _engine_of(law: "Law | PlanarLaw", gait: "AnyGait") -> str:
+def _name_engine(law: "Law | PlanarLaw", gait: "AnyGait", stated: "Engine | PlanarEngine | None") -> str:
     """Return the name of the engine that simulates the walks of a gait."""
     from gaitopt.control.law import Law
     from gaitopt.motion.gait import Gait
-    from gaitopt.simulation.engine_choice import default_engine, planar_engine_named
+    from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 
     if isinstance(gait, Gait) and isinstance(law, Law):
-        return default_engine(law, gait.robot).name
-    return planar_engine_named().name
+        return choose_engine(stated, law, gait.robot).name
+    return choose_planar_engine(stated).name

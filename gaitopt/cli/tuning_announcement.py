@@ -30,9 +30,15 @@ class TuningAnnouncement:
     test : PushTest
     hidden : bool
         Whether nothing is printed.
+
+    Attributes
+    ----------
+    advice : str or None
+        How a slow search becomes faster.
     """
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
+        self.advice: str | None = None
         self._search, self._test, self._hidden = search, test, hidden
         self._walks, self._first, self._announced, self._first_evaluated = 0, 0.0, False, 0.0
 
@@ -61,6 +67,8 @@ class TuningAnnouncement:
             self._first_evaluated = time.perf_counter()
         elif step.number == 2 and (seconds := time.perf_counter() - self._first_evaluated) >= SLOW:
             self._print(describe_search_duration(seconds, self._search.evaluations_in_total))
+            if self.advice:
+                self._print(self.advice)
         return step
 
     def _print(self, text: str) -> None:

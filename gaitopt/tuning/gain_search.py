@@ -19,6 +19,7 @@ from gaitopt.parameters import positive, whole_number
 from gaitopt.progress import TuningObserver, TuningStep
 from gaitopt.reductions import rank_of, worst
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.ground_map import GroundMap, make_ground_map
 from gaitopt.tuning.record import Trial
@@ -83,7 +84,7 @@ class GainSearch:
     objective : TuningObjective
     frictions : tuple of float or mapping
         Friction coefficients, or values of several parameters by name, in addition to those of the gait.
-    engine : Engine or None
+    engine : Engine, PlanarEngine or None
     observer : callable
 
     Attributes
@@ -101,7 +102,7 @@ class GainSearch:
         family: ControllerFamily,
         objective: TuningObjective,
         frictions: tuple[float | Mapping[str, float], ...],
-        engine: Engine | None,
+        engine: Engine | PlanarEngine | None,
         observer: TuningObserver,
     ) -> None:
         self.family, self.objective, self.trials = family, objective, list[Trial]()

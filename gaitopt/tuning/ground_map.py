@@ -12,8 +12,10 @@ from gaitopt.motion.gait import Gait
 from gaitopt.motion.motion import Array
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.one_sided import one_sided_derivatives
 from gaitopt.stability.planar_gaits.planar_assessment import NEAR, PLANNED
@@ -47,7 +49,7 @@ class GroundMap(Protocol):
 class SingleGroundMap:
     """The return map of a gait with one foot on the ground."""
 
-    def __init__(self, gait: Gait, ground: Mapping[str, float], engine: Engine | None) -> None:
+    def __init__(self, gait: Gait, ground: Mapping[str, float], engine: Engine | PlanarEngine | None) -> None:
         self._robot, self._ground, self._engine, self._period = gait.robot, ground, engine, gait.period
         first = gait.motion.segments[0]
         self._section = Section(gait.robot, gait.robot.vector(ground), sliding=True)
@@ -57,7 +59,8 @@ class SingleGroundMap:
 
     def derivatives(self, law: Law) -> tuple[Array, ...]:
         """Return the derivatives; Newton's method starts from the fixed point of the previous law."""
-        walker = make_walker(self._robot, law, self._ground, period=self._period, engine=self._engine)
+        engine = choose_engine(self._engine, law, self._robot)
+        walker = make_walker(self._robot, law, self._ground, period=self._period, engine=engine)
         return_map = ReturnMap(walker, self._section)
         z = self._point
         passage = return_map(z)
@@ -74,7 +77,8 @@ class SingleGroundMap:
 class PlanarGroundMap:
     """The return map of a gait of a robot with several contacts, in coordinates of equal weight."""
 
-    def __init__(self, gait: PlanarGait, ground: Mapping[str, float]) -> None:
+    def __init__(self, gait: PlanarGait, ground: Mapping[str, float], engine: PlanarEngine = REFERENCE) -> None:
+        self._engine = engine
         self._gait, self._ground, self._planned = gait, ground, dict(ground) == gait.motion.parameters
         first, n = gait.motion.segments[0], gait.robot.n_q
         self._start = first.q[:, 0].copy(), first.v[:, 0].copy()
@@ -83,7 +87,7 @@ class PlanarGroundMap:
 
     def derivatives(self, law: PlanarLaw) -> tuple[Array, ...]:
         """Return the derivative, if there is a gait near the planned one."""
-        automaton = PlanarAutomaton(self._gait.robot, self._ground, law)
+        automaton = PlanarAutomaton(self._gait.robot, self._ground, law, engine=self._engine)
         try:
             cycle = find_cycle_from(automaton, *self._start, law.section, tolerance=PLANNED)
         except InputError:  # the robot falls in its first step
@@ -96,6 +100,8 @@ class PlanarGroundMap:
         return (weight @ cycle.derivative @ np.linalg.inv(weight),)
 
 
-def make_ground_map(gait: AnyGait, ground: Mapping[str, float], engine: Engine | None) -> GroundMap:
+def make_ground_map(gait: AnyGait, ground: Mapping[str, float], engine: Engine | PlanarEngine | None) -> GroundMap:
     """Return the return map of a gait on a ground, stated by all parameters of the robot and of the ground."""
-    return PlanarGroundMap(gait, ground) if isinstance(gait, PlanarGait) else SingleGroundMap(gait, ground, engine)
+    if isinstance(gait, PlanarGait):
+        return PlanarGroundMap(gait, ground, choose_planar_engine(engine))
+    return SingleGroundMap(gait, ground, engine)

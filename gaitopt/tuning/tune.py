@@ -16,6 +16,7 @@ from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.stability.assessment import assess_stability
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.gait_recovery import walker_near
@@ -36,7 +37,7 @@ def tune_feedback(
     frictions: Sequence[float | Mapping[str, float]] = (),
     search: GainSearchOptions | None = None,
     test: PushTest | None = None,
-    engine: Engine | None = None,
+    engine: Engine | PlanarEngine | None = None,
     observer: TuningObserver = silent,
 ) -> Tuning:
     """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
@@ -57,8 +58,8 @@ def tune_feedback(
     search : GainSearchOptions, optional
     test : PushTest, optional
         Verification by walks from random states.
-    engine : Engine, optional
-        Of a gait with one foot on the ground.
+    engine : Engine or PlanarEngine, optional
+        As in :func:`gaitopt.assess_stability`.
     observer : callable, optional
         Receives a :class:`gaitopt.progress.TuningStep` per evaluation, then a
         :class:`gaitopt.progress.VerificationStep` per walk of the verification.
@@ -165,7 +166,7 @@ def fixed_point_shift(gait: AnyGait, cycle: Cycle | PlanarCycle) -> float:
     return float(np.max(difference[section.robot.state_entries.without_position]))
 
 
-def _open_loop(gait: AnyGait, engine: Engine | None) -> float:
+def _open_loop(gait: AnyGait, engine: Engine | PlanarEngine | None) -> float:
     try:
         return assess_stability(gait, engine=engine).radius
     except InputError:
@@ -173,7 +174,7 @@ def _open_loop(gait: AnyGait, engine: Engine | None) -> float:
 
 
 def _closed_loop_gait(
-    gait: AnyGait, family: ControllerFamily, best: Trial, engine: Engine | None
+    gait: AnyGait, family: ControllerFamily, best: Trial, engine: Engine | PlanarEngine | None
 ) -> tuple[Law | PlanarLaw | None, Cycle | PlanarCycle | None]:
     """Return the law of the best gains and its periodic gait, each None if it does not exist."""
     try:
@@ -191,7 +192,7 @@ def _verify_tuning(
     law: Law | PlanarLaw | None,
     cycle: Cycle | PlanarCycle | None,
     test: PushTest,
-    engine: Engine | None,
+    engine: Engine | PlanarEngine | None,
     watch: tuple[TuningObserver, InterruptRecord],
 ) -> Recovery:
     if law is None or cycle is None:

@@ -8,7 +8,9 @@ import pytest
 
 from gaitopt import assess_stability
 from gaitopt.cli.progress_display import Display
+from gaitopt.simulation import default_engine
 from gaitopt.study import RobustnessMargins, RobustnessRecord, load_robustness, save_robustness
+from gaitopt.study.robustness import disturbed_gait
 
 QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
 TUNED = ("--law", "computed_torque", "--samples", "0", "--evaluations", "2", "--starts", "3")
@@ -50,6 +52,19 @@ def test_the_finished_kinds_are_kept_after_an_interrupt(command, slip_file, fold
         shown = command("show", "push.json").out
         assert f"not tested, since the test was interrupted: {', '.join(missing)}" in shown
         assert command("plot", "push.json").status == 0
+
+
+@pytest.mark.parametrize("engine", ["scipy", "auto"])
+def test_the_stated_engine_simulates_the_walks(command, slip_file, engine, monkeypatch):
+    used = set()
+    make = disturbed_gait.make_walker
+    monkeypatch.setattr(
+        disturbed_gait, "make_walker", lambda *args, **kw: used.add(kw["engine"].name) or make(*args, **kw)
+    )
+    quick = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "1", "--starts", "1", "--workers", "1")
+    run = command("push", slip_file, *quick, "--kind", "friction patch", "--engine", engine, "--json")
+    assert run.status == 0
+    assert {run.json["engine"]} == used == {"scipy" if engine == "scipy" else default_engine().name}
 
 
 @pytest.mark.slow

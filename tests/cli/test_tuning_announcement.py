@@ -18,6 +18,7 @@ from gaitopt.cli.tuning_announcement import (
     describe_verification,
 )
 from gaitopt.progress import TuningStep, VerificationStep
+from gaitopt.simulation.engine_choice import faster_planar_walks, planar_engine_named
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.record import Tuning
 
@@ -67,6 +68,18 @@ def test_the_second_evaluation_announces_the_duration_of_a_slow_search(monkeypat
         assert announcement.time_step(step) is step
         assert printed[2:] == [describe_search_duration(20.0, 129)] * (number > 1)
     assert "second evaluation took 20 s, so that all evaluations take about 43 min" in printed[2]
+
+
+def test_a_slow_search_with_scipy_is_advised_to_use_heyoka(monkeypatch):
+    printed, times = [], iter([100.0, 120.0])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    announcement.advice = faster_planar_walks(planar_engine_named("scipy"))
+    for number in (1, 2):
+        announcement.time_step(TuningStep(number, 0.5, 0.5))
+    assert printed == [describe_search_duration(20.0, 129), announcement.advice]
+    assert "--engine heyoka" in announcement.advice
 
 
 def test_a_slow_first_evaluation_with_fast_ones_after_it_announces_no_duration(monkeypatch):

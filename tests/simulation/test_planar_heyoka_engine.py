@@ -8,6 +8,7 @@ from gaitopt import InputError
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.control.signature import control_function, law_inputs, make_memory
+from gaitopt.control.torque_saturation import limit_torque
 from gaitopt.model import PointContact, RigidLink, Terrain, compass_with_two_feet, monopod
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
@@ -17,6 +18,7 @@ from gaitopt.model.robots.vertical_hopper import vertical_hopper
 from gaitopt.model.terrain import separate_terrain
 from gaitopt.simulation import planar_engine_named
 from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_engine import ReferenceEngine
 from gaitopt.simulation.planar_simulation.planar_simulator import follow
 from gaitopt.simulation.taylor import planar_taylor_engine
 from gaitopt.simulation.taylor.planar_programs import eliminate
@@ -170,6 +172,35 @@ def test_a_law_acts_on_both_legs_in_turn_in_the_same_way():
     np.testing.assert_allclose(fast.end.y, reference.end.y, atol=AGREEMENT)
     assert derivatives[0].shape == (8, 9)
     assert np.max(np.abs(derivatives[0][:, 8])) > 1e-3
+    np.testing.assert_allclose(*derivatives, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "is_reached"), [(0.6, False), (0.25, True)])
+def test_limits_of_torques_act_in_the_same_way(limit, is_reached, monkeypatch):
+    """Taylor series integrate the steps in which no torque reaches its limit, the reference engine the others."""
+    robot, (q, v, parameters) = compass_with_two_feet(), compass_start("A")
+    (part,) = latched_law(robot).parts
+    law = PlanarLaw("limited", "foot B closes", (limit_torque(part, np.full(3, limit)),))
+    assert uses_taylor_series(robot, q, v, parameters, law)
+    integrate, fallbacks = ReferenceEngine.derivative, []
+    monkeypatch.setattr(
+        ReferenceEngine,
+        "derivative",
+        lambda engine, phase, span, y: fallbacks.append(span) or integrate(engine, phase, span, y),
+    )
+    rollouts, derivatives, largest = [], [], []
+    for engine in (FAST, REFERENCE):
+        automaton = PlanarAutomaton(robot, robot.resolve(parameters), law, engine=engine)
+        rollout = follow(automaton, automaton.begin(q, v), duration=3.0, until="foot B closes")
+        rollouts.append(rollout)
+        derivatives.append(planar_derivative(automaton, rollout))
+        largest.append(float(np.abs(rollout.motion.channel("torque")).max()))
+        if engine is FAST:
+            assert bool(fallbacks) is is_reached
+    assert [size == pytest.approx(limit, rel=1e-12) for size in largest] == [is_reached] * 2
+    assert rollouts[0].end.time == pytest.approx(rollouts[1].end.time, abs=AGREEMENT)
+    np.testing.assert_allclose(rollouts[0].end.y, rollouts[1].end.y, atol=AGREEMENT)
     np.testing.assert_allclose(*derivatives, rtol=1e-8, atol=1e-8)
 
 

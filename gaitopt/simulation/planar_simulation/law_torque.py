@@ -70,8 +70,16 @@ class LawTorque(PhaseTorque):
 
     @property
     def formula(self) -> ca.Function | None:
-        """The torque as an expression."""
-        return law_formula(self._function, self._mirror)
+        """The torque within its limits as an expression."""
+        return law_formula(self._law.control if self._law.limited else self._function, self._mirror)
+
+    @property
+    def limits(self) -> Array | None:
+        """Limits of the formula; None if it has none."""
+        if not self._law.limited:
+            return None
+        limits = self._columns[max(self._piece, 0), -self._law.control.size1_out(0) :]
+        return limits if self._matrices is None else np.abs(self._matrices[1]).T @ limits
 
     @property
     def data(self) -> Array:

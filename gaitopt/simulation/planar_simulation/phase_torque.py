@@ -53,7 +53,12 @@ class PhaseTorque(ABC):
 
     @property
     def formula(self) -> ca.Function | None:
-        """The torque as an expression (t, q, v, latched, data) -> u; None if it is not one."""
+        """The torque within its limits as an expression (t, q, v, latched, data) -> u; None if it is not one."""
+        return None
+
+    @property
+    def limits(self) -> Array | None:
+        """Limits of the formula, shape (n_u,) [N m or N]; None if it has none."""
         return None
 
     @property

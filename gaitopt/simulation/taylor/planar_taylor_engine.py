@@ -3,6 +3,7 @@
 import functools
 from threading import get_ident
 
+import casadi as ca
 import numpy as np
 from attrs import field, frozen
 
@@ -24,13 +25,16 @@ from gaitopt.simulation.taylor.planar_programs import (
 AGREEMENT = 1e-7
 """Largest accepted difference of the rates from those of the reference, relative to the largest rate."""
 
+LIMIT_SAMPLES = 17
+"""Number of instants of a step at which a torque is compared with its limits."""
+
 
 @frozen(kw_only=True)
 class PlanarTaylorEngine:
     """Integration of planar robots by Taylor series to machine precision; requires ``pip install 'gaitopt[fast]'``.
 
-    The reference engine integrates phases that heyoka does not support: those under a torque that is not smooth, and
-    those whose constraints are dependent.
+    The reference engine integrates what heyoka does not support: torques that are not smooth or reach their limits, and
+    phases whose constraints are dependent.
 
     Attributes
     ----------
@@ -74,7 +78,7 @@ class PlanarTaylorEngine:
         """See :class:`gaitopt.simulation.planar_simulation.planar_engine.PlanarEngine`."""
         flow = _find_flow(phase)
         phase.source.hold_piece((span[0], min(span[1], phase.source.next_corner(span[0]))))
-        if flow is None or not _agrees(flow, phase, span[0], y):
+        if flow is None or not _agrees(flow, phase, span[0], y) or not self._stays_within_limits(phase, span, y):
             return REFERENCE.derivative(phase, span, y)
         program = planar_variations(flow, max(self.tolerance, DERIVATIVE_TOLERANCE), get_ident())
         start = np.concatenate([y[: 2 * phase.n_q], phase.source.latched])
@@ -89,11 +93,29 @@ class PlanarTaylorEngine:
         matrix = program.matrix(end - span[0])
         return matrix if np.all(np.isfinite(matrix)) else REFERENCE.derivative(phase, span, y)
 
+    def _stays_within_limits(self, phase: PlanarPhase, span: tuple[float, float], y: Array) -> bool:
+        """Return whether Taylor series integrate a time span, in which the torque then does not reach its limits."""
+        if phase.source.limits is None:
+            return True
+        time, end = span
+        y = np.concatenate([y[: 2 * phase.n_q], np.zeros(phase.n_works)])
+        while time < end:
+            corner = min(end, phase.source.next_corner(time))
+            phase.source.hold_piece((time, corner))
+            integrator = self.begin(phase, time, y, corner, RELATIVE)
+            while integrator.status == "running":
+                integrator.step()
+                if not _is_taylor_step(integrator):
+                    return False
+            time, y = corner, integrator.y
+        phase.source.hold_piece((span[0], min(end, phase.source.next_corner(span[0]))))
+        return True
+
 
 class TaylorSteps:
     """Integrator of a phase by Taylor series, step by step; attributes as in :class:`DormandPrince`.
 
-    Where a Taylor step fails, the reference engine continues.
+    Where a Taylor step fails or the torque reaches its limits, the reference engine continues.
     """
 
     def __init__(self, program: Program, phase: PlanarPhase, t: float, y: Array, end: float) -> None:
@@ -133,9 +155,12 @@ class TaylorSteps:
         outcome, length = integrator.step(max_delta_t=self._end - self.t, write_tc=True)
         if outcome not in _accepted_outcomes() or length <= 0:
             return False
-        self.t_old, self.y_old, self._coefficients = self.t, self.y, integrator.tc.T.copy()
-        self.y = program.state.copy()
-        self.t = self._end if outcome == _accepted_outcomes()[1] else self.t + length
+        end = self._end if outcome == _accepted_outcomes()[1] else self.t + length
+        coefficients = integrator.tc.T.copy()
+        if _reaches_limits(self._phase, TaylorPolynomial(self.t, end, coefficients)):
+            return False
+        self.t_old, self.y_old, self._coefficients = self.t, self.y, coefficients
+        self.t, self.y = end, program.state.copy()
         if self.t >= self._end:
             self.t, self.status = self._end, "finished"
         return True
@@ -192,6 +217,28 @@ def _agrees(flow: PhaseFlow, phase: PlanarPhase, t: float, y: Array) -> bool:
     rates = _rates(flow, get_ident())(t, start, phase.p, phase.source.data)[0][:n]
     exact = phase.rates(t, y)[:n]
     return bool(np.max(np.abs(rates - exact)) <= AGREEMENT * (1 + np.max(np.abs(exact))))
+
+
+def _reaches_limits(phase: PlanarPhase, motion: TaylorPolynomial) -> bool:
+    """Return whether the torque of a formula may reach its limits in a step.
+
+    It is sampled; between samples it differs from them by less than their largest second difference.
+    """
+    source, formula = phase.source, phase.source.formula
+    if source.limits is None or formula is None:
+        return False
+    times, n = np.linspace(motion.t_old, motion.t, LIMIT_SAMPLES), phase.n_q
+    states, latched = motion.at_times(times), np.tile(source.latched, LIMIT_SAMPLES)
+    inputs = (times, states[:, :n].ravel(), states[:, n : 2 * n].ravel(), latched, source.data)
+    torques = _torques(formula, get_ident())(*inputs)[0].reshape(LIMIT_SAMPLES, -1)
+    margin = np.max(np.abs(np.diff(torques, 2, axis=0)), axis=0)
+    return not bool(np.all(np.max(np.abs(torques), axis=0) + margin < source.limits))
+
+
+@functools.lru_cache(maxsize=128)
+def _torques(formula: ca.Function, thread: int) -> FastCall:
+    """Return (times, q, v, latched, data) -> torques at the samples of a step."""
+    return FastCall(formula.map("torques", "serial", LIMIT_SAMPLES, [4], []))
 
 
 @functools.lru_cache(maxsize=128)

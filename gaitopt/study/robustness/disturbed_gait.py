@@ -17,9 +17,10 @@ from gaitopt.model.robot import Robot
 from gaitopt.motion.motion import Array
 from gaitopt.simulation.delay import DelayedWalker
 from gaitopt.simulation.engine import Engine
-from gaitopt.simulation.engine_choice import default_engine
+from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import Walker, make_walker
 from gaitopt.simulation.planar_simulation.planar_delay import DelayedPlanarWalker
+from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.simulation.planar_simulation.planar_state import PlanarState
 from gaitopt.simulation.planar_simulation.planar_walker import PlanarWalker
 from gaitopt.simulation.step_limits import StepLimits
@@ -115,6 +116,7 @@ class PlanarDisturbedGait:
     robot: PlanarRobot
     law: PlanarLaw
     cycle: PlanarCycle
+    engine: PlanarEngine = REFERENCE
 
     @property
     def start(self) -> PlanarState:
@@ -130,10 +132,11 @@ class PlanarDisturbedGait:
 
     def walker(self, changes: Mapping[str, float]) -> PlanarWalker:
         """Return the walker with some parameters changed."""
-        return PlanarWalker(self.robot, self.law, {**self.cycle.parameters, **changes}, **self._step)
+        parameters = {**self.cycle.parameters, **changes}
+        return PlanarWalker(self.robot, self.law, parameters, engine=self.engine, **self._step)
 
     def noisy_walker(self, deviation: float, rng: np.random.Generator) -> PlanarWalker:
-        """Return the walker for one step with torque noise."""
+        """Return the walker for one step with torque noise, whose law is new and thus not worth a compilation."""
         noise = deviation * rng.normal(size=(self.robot.n_u, PARTS)) * (self._largest > IDLE)[:, None]
         parts = tuple(add_torque_noise(part, noise, self.cycle.period) for part in self.law.parts)
         return PlanarWalker(self.robot, replace(self.law, parts=parts), self.cycle.parameters, **self._step)
@@ -153,7 +156,7 @@ class PlanarDisturbedGait:
 
 
 def disturb_gait(
-    robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | None
+    robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | PlanarEngine | None
 ) -> DisturbedGait:
     """Return the disturbed walks of a gait.
 
@@ -163,9 +166,9 @@ def disturb_gait(
         If robot, law and gait are not of the same kind.
     """
     if isinstance(robot, PlanarRobot) and isinstance(law, PlanarLaw) and isinstance(cycle, PlanarCycle):
-        return PlanarDisturbedGait(robot, law, cycle)
+        return PlanarDisturbedGait(robot, law, cycle, choose_planar_engine(engine))
     if isinstance(robot, Robot) and isinstance(law, Law) and isinstance(cycle, Cycle):
-        return SingleDisturbedGait(robot, law, cycle, engine or default_engine(law, robot))
+        return SingleDisturbedGait(robot, law, cycle, choose_engine(engine, law, robot))
     kinds = ", ".join(type(each).__name__ for each in (robot, law, cycle))
     raise InputError(
         "A push test needs a Robot, a Law and a Cycle (one foot on the ground), or a PlanarRobot, a PlanarLaw and a "

@@ -21,6 +21,7 @@ from gaitopt.parallel.runner import run_tasks
 from gaitopt.parallel.task_graph import Task
 from gaitopt.parameters import check_type, positive, whole_number
 from gaitopt.simulation.engine import Engine
+from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, find_largest_recovery
@@ -95,7 +96,7 @@ def assess_robustness(
     *,
     walking: WalkTest | None = None,
     test: PushTest | None = None,
-    engine: Engine | None = None,
+    engine: Engine | PlanarEngine | None = None,
     execution: Execution | None = None,
     kinds: Sequence[str] | None = None,
 ) -> tuple[RobustnessMargins, ...]:
@@ -116,8 +117,8 @@ def assess_robustness(
         Gait of one step under the law.
     walking : WalkTest, optional
     test : PushTest, optional
-    engine : Engine, optional
-        Of a robot with one foot on the ground.
+    engine : Engine or PlanarEngine, optional
+        As in :func:`gaitopt.assess_stability`; walks of robots with several contacts with noise or delay use scipy.
     execution : Execution, optional
         Workers, each of which tries one kind at a time, and the observer of (kinds tried, kinds in all); this process
         alone by default.
@@ -175,7 +176,7 @@ def iterate_margins(
     *,
     walking: WalkTest | None = None,
     test: PushTest | None = None,
-    engine: Engine | None = None,
+    engine: Engine | PlanarEngine | None = None,
     execution: Execution | None = None,
     kinds: Sequence[str] | None = None,
 ) -> Generator[RobustnessMargins, None, None]:
