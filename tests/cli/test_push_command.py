@@ -56,13 +56,14 @@ def test_the_finished_kinds_are_kept_after_an_interrupt(command, slip_file, fold
 
 @pytest.mark.parametrize("engine", ["scipy", "auto"])
 def test_the_stated_engine_simulates_the_walks(command, slip_file, engine, monkeypatch):
-    used = set()
-    make = disturbed_gait.make_walker
-    monkeypatch.setattr(
-        disturbed_gait, "make_walker", lambda *args, **kw: used.add(kw["engine"].name) or make(*args, **kw)
-    )
-    quick = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "1", "--starts", "1", "--workers", "1")
-    run = command("push", slip_file, *quick, "--kind", "friction patch", "--engine", engine, "--json")
+    used, make = set(), disturbed_gait.make_walker
+
+    def make_walker(*arguments, **options):
+        used.add(options["engine"].name)
+        return make(*arguments, **options)
+
+    monkeypatch.setattr(disturbed_gait, "make_walker", make_walker)
+    run = command("push", slip_file, *QUICK, "--kind", "friction patch", "--engine", engine, "--json")
     assert run.status == 0
     assert {run.json["engine"]} == used == {"scipy" if engine == "scipy" else default_engine().name}
 
