@@ -1,6 +1,7 @@
 """Fit of recorded samples by smooth curves, and its report."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ from gaitopt.motion.motion import Array
 
 FEW, PIECES = 12, 16
 """Largest number of samples through which a monotone curve is drawn, and default number of pieces of other splines."""
+
+MOST_COLUMNS = 8
+"""Number of unused columns that a report lists."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +99,18 @@ class MotionFit:
         if not math.isnan(self.landing_height):
             lines.append(f"height of the landing foot at the end: {self.landing_height:.3g} m")
         if self.ignored:
-            lines.append(f"columns that were not used: {', '.join(self.ignored)}")
+            lines.append(f"columns that were not used: {_list_columns(self.ignored)}")
+            if any(name.endswith("_torque_Nm") for name in self.ignored):
+                lines.append(
+                    "If a gait file (.h5) of this motion exists, use it: its torques and multipliers count too."
+                )
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings)])
+
+
+def _list_columns(names: Sequence[str]) -> str:
+    """Return the first names of many."""
+    further = f" and {len(names) - MOST_COLUMNS} more" if len(names) > MOST_COLUMNS else ""
+    return ", ".join(names[:MOST_COLUMNS]) + further
 
 
 def fit_curve(time: Array, values: Array, pieces: int | None) -> Any:

@@ -1,5 +1,7 @@
 """Recorded motions of other programs are read with their units, and misfits are reported where they are."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.io
@@ -34,6 +36,10 @@ def test_an_exported_gait_is_read_back(recorded, slip_gait):
     assert np.max(np.abs(recorded.torque)) == pytest.approx(6, abs=0.5)  # the limit of the script, N m
     assert "kinetic_J" in recorded.fit.ignored
     assert "mode" in recorded.fit.ignored
+    assert f" and {len(recorded.fit.ignored) - 8} more" in str(recorded.fit)
+    assert "gait file" not in str(recorded.fit)
+    unused = dataclasses.replace(recorded.fit, ignored=("hip_torque_Nm",))  # that of a robot with several contacts
+    assert "columns that were not used: hip_torque_Nm\nIf a gait file (.h5) of this motion exists" in str(unused)
 
 
 def test_it_is_a_guess_and_a_reference_to_track(recorded, slip_gait):
