@@ -180,6 +180,10 @@ def test_run_a_study(tmp_path):
     ("arguments", "message"),
     [
         (["stability", "problems/compass_slip.py"], "run 'gaitopt solve problems/compass_slip.py' first"),
+        (
+            ["stability", "problems/compass_slip.py", "--law", "nope.py:f"],
+            "returns a GaitProblem, not a WalkProblem; run 'gaitopt solve problems/compass_slip.py' first",
+        ),
         (["solve", WHEEL], "gaitopt stability"),
         (["stability", WHEEL, "--engine", "heyoca"], "Did you mean 'heyoka'"),
         (["stability", WHEEL, "--set", "spokes=2"], "spokes must be at least 3"),
