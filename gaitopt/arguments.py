@@ -216,6 +216,9 @@ def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, 
     known = [one.name for one in parameters if one.name != "self" and one.kind is not one.POSITIONAL_ONLY]
     positional = [one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
     several = any(one.kind is one.VAR_POSITIONAL for one in parameters)
+    if not known and getattr(signature.return_annotation, "__name__", "").endswith("Robot"):
+        values = ", ".join(f"{option!r}: {_shorten(value)}" for option, value in options.items()) or "..."
+        return f"{name} has no arguments. State parameters of the robot in the problem: parameters={{{values}}}."
     if count > len(positional) and not several:
         listed = [one for one in positional if one != "self"]
         keywords = ", ".join(f"{one.name}=..." for one in parameters if one.kind is one.KEYWORD_ONLY)

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import gaitopt
-from gaitopt import InputError, Limits
+from gaitopt import InputError, Limits, compass_biped
 from gaitopt.arguments import check_arguments
 from gaitopt.design import RobustProblem
 from gaitopt.model import monopod
@@ -164,3 +164,10 @@ def test_robust_gaits_have_one_foot_on_the_ground():
     problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1, speed=1, step_length=0.5)
     with pytest.raises(InputError, match=r"with one foot on the ground .* tune a law of its gait for several friction"):
         RobustProblem(problem, gaitopt.Scenarios(ranges={"friction": (0.5, 0.9)}))
+
+
+def test_parameters_of_a_robot_belong_to_its_problem():
+    with pytest.raises(InputError, match=r"no arguments\. State .* in the problem: parameters=\{'leg_length': 2\}\."):
+        compass_biped(leg_length=2)
+    with pytest.raises(InputError, match=r"monopod has no arguments\. .* parameters=\{\.\.\.\}\."):
+        monopod(2)

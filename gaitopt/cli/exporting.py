@@ -23,7 +23,7 @@ from gaitopt.cli.options import (
     label_files,
 )
 from gaitopt.cli.output import err, out, report_file
-from gaitopt.cli.output_files import EXPORTS
+from gaitopt.cli.output_files import EXPORTS, SWEEP_EXPORTS
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import GaitoptError, InputError
@@ -220,14 +220,17 @@ def report(
     report_file(written, json=json)
 
 
-def export_library(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
-    """Write the gaits of a sweep as a library, and print its errors at the midpoints of the grid cells."""
+def export_sweep(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:
+    """Write a sweep as a table, or its gaits as a library, whose errors at the midpoints of its cells are printed."""
     from gaitopt.export.library_module import write_library
+    from gaitopt.export.sweep_table import write_sweep_table
     from gaitopt.motion.atomic import check_suffix
     from gaitopt.study.libraries.gait_library import load_library
     from gaitopt.study.libraries.library_errors import measure_library
+    from gaitopt.study.sweeps.sweep_file import load_sweep
 
-    check_suffix(output, {".py": "gait library"})
+    if check_suffix(output, SWEEP_EXPORTS) == ".csv":
+        return write_sweep_table(load_sweep(file), output, sequence=sequence)
     library = load_library(file, sequence)
     written = write_library(library, output)
     if not quiet:
@@ -286,14 +289,17 @@ def export(
     The gait file itself is HDF5, which MATLAB, Julia and others read directly; the page 'The gait file' of the
     documentation describes it.
 
-    For a sweep (.nc), the .py file interpolates the gaits over its axes, and the largest errors at the midpoints
-    of the grid cells are reported.
+    A sweep (.nc) is written as a table (.csv), with a line for each point and units in the names of the columns, or as
+    a gait library (.py), which interpolates the gaits over the axes; the largest errors at the midpoints of the grid
+    cells are reported.
 
     Example: gaitopt export compass_slip.h5 -o controller.c --law lqr
+
+    Example: gaitopt export speeds.nc -o speeds.csv
     """
     _check_options(file, sequence, law != OPEN_LOOP or bool(gain or torque_limit or stance_angle or problem))
     if file.suffix == ".nc":
-        report_file(export_library(file, output, sequence, quiet=json or quiet), json=json)
+        report_file(export_sweep(file, output, sequence, quiet=json or quiet), json=json)
         return
     from gaitopt.cli.script import load_any_gait
     from gaitopt.export.c_code import write_c

@@ -111,7 +111,7 @@ class Request:
             If an option does not apply to a script, or the script is invalid.
         """
         stated = self.stated
-        if self.feedback is not None:
+        if self.feedback is not None and isinstance(stated, WalkProblem | PlanarWalkProblem):
             raise InputError(
                 "--law is accepted for a saved gait only; the law of a walking problem without optimisation "
                 f"({type(stated).__name__}) is defined in its script."

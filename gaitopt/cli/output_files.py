@@ -11,6 +11,7 @@ FIGURES = {".png": "image", ".pdf": "vector, for papers", ".svg": "vector, for w
 ANIMATIONS = {".gif": "image", ".mp4": "film"}
 DATASET, PAGE = {".nc": "dataset"}, {".html": "page"}
 EXPORTS = {".csv": "trajectories", ".json": "torques and gains", ".c": "dynamics and controller", ".py": "controller"}
+SWEEP_EXPORTS = {".csv": "table of the points", ".py": "gait library"}
 """Contents of output files by their suffix."""
 
 ACCEPTED: Mapping[str, Mapping[str, str]] = {
@@ -58,7 +59,9 @@ def check_output(command: str, parameters: Mapping[str, Any]) -> None:
     gaitopt.errors.InputError: Cannot write study: the file name has no suffix. Use .png (image), .pdf (vector, \
 for papers), .svg (vector, for web pages).
     """
-    for name, kinds in ((parameters.get("output"), ACCEPTED.get(command)), (parameters.get("figure"), FIGURES)):
+    is_sweep = command == "export" and Path(parameters.get("file") or "").suffix.lower() == ".nc"
+    accepted = SWEEP_EXPORTS if is_sweep else ACCEPTED.get(command)
+    for name, kinds in ((parameters.get("output"), accepted), (parameters.get("figure"), FIGURES)):
         if name is not None and kinds is not None:
             path = Path(name)  # a text with some versions of Typer
             exported = ".py" in kinds and path.suffix.lower() == ".py"

@@ -137,6 +137,19 @@ def _limit_text(limit: float, unit: str) -> str:
     return f"{limit:.4g} {unit}" if math.isfinite(limit) else "none"
 
 
+def _describe_limits(tuned: "TunedGains") -> str:
+    """Return the torque limits of a law, each in the unit of its actuator; files of earlier versions lack the units."""
+    limits, unknown = tuned.settings.torque_limit, "N m or N" if tuned.several_contacts else "N m"
+    if isinstance(limits, Mapping):
+        units = {name: tuned.actuator_units.get(name, unknown) for name in limits}
+        return ", ".join(f"{name} {_limit_text(limit, units[name])}" for name, limit in limits.items())
+    different = list(dict.fromkeys(tuned.actuator_units.values())) or [unknown]
+    if len(different) == 1 or not math.isfinite(limits):
+        return _limit_text(limits, different[0])
+    named = {unit: [name for name, each in tuned.actuator_units.items() if each == unit] for unit in different}
+    return ", ".join(f"{_limit_text(limits, unit)} ({', '.join(names)})" for unit, names in named.items())
+
+
 def print_gains(tuned: "TunedGains") -> None:
     """Print tuned gains as a table."""
     from gaitopt.cli.feedback_output import verification_text
@@ -153,13 +166,7 @@ def print_gains(tuned: "TunedGains") -> None:
         f"{format_radius(tuned.radius_before)} in open loop, {format_radius(tuned.radius)} under the law",
     )
     table.add_row("verified", verification_text(tuned.recovery, search_interrupted=tuned.search_interrupted))
-    limits, unit = tuned.settings.torque_limit, "N m or N" if tuned.several_contacts else "N m"
-    table.add_row(
-        "torque limits",
-        ", ".join(f"{name} {_limit_text(limit, unit)}" for name, limit in limits.items())
-        if isinstance(limits, Mapping)
-        else _limit_text(limits, unit),
-    )
+    table.add_row("torque limits", _describe_limits(tuned))
     table.add_row("objective", tuned.objective)
     table.add_row("search", format_count(len(tuned.trials), "evaluation"))
     out.print(table)

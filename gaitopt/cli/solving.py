@@ -128,16 +128,18 @@ def solve(
 
 
 def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
-    """Return the sentences on implausible sizes and directions of the robot of a problem."""
+    """Return the sentences on implausible sizes and directions of the robot, and on implausible limits of angles."""
     from gaitopt.model.robot import Robot
 
     if isinstance(problem.robot, Robot):
         from gaitopt.model.plausible_sizes import report_implausible_sizes
+        from gaitopt.ocp.statement.limits import report_implausible_angles
 
-        return report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
-    from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
+        sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
+        return sizes + report_implausible_angles("Limits.angle", problem.limits.angle)
+    from gaitopt.ocp.multicontact.planar_remarks import report_implausible_limits, report_implausible_robot
 
-    return report_implausible_robot(problem, problem.values)
+    return report_implausible_robot(problem, problem.values) + report_implausible_limits(problem)
 
 
 def _solve_and_import(

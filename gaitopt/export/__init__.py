@@ -1,4 +1,4 @@
-"""Results for other programs: trajectories as CSV, torques and gains as JSON, controllers as C and Python.
+"""Results for other programs: trajectories and sweeps as CSV, torques and gains as JSON, controllers as C and Python.
 
 Each function writes one format and states every unit in the file.
 """

@@ -125,11 +125,12 @@ def _try_lower_threshold(problem: PlanarProblem, solver: Ipopt, observer: Observ
         return
     name = max(missing, key=missing.__getitem__)
     for change in CHANGES:
-        shift = change * missing[name] + MARGIN_OF_ARMING
+        shift = _round_up(change * missing[name] + MARGIN_OF_ARMING)
         if is_solved(problem.replace(robot=lower_arming_thresholds(problem.robot, shift))):
             yield (
-                f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.4g} "
-                "and no other change: use a lower threshold. In a motion that may violate these conditions, "
+                f"A verified gait was found with thresholds in `armed` of the contacts that are lower by {shift:.2g} "
+                f"and no other change: to obtain it, write `armed=... + {shift:.2g}` with the present expression in "
+                "place of ..., and solve again. In a motion that may violate these conditions, "
                 f"{name!r} lands while its expression `armed` is {-missing[name]:.4g}."
             )
             return
@@ -140,13 +141,12 @@ def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved:
     if not find_penetrations(problem.robot, failure.motion):
         return
     least = find_least_arming(problem.robot, failure.motion)
-    for share in HIGHER_THRESHOLDS:
-        if 0 < least < math.inf and is_solved(
-            problem.replace(robot=lower_arming_thresholds(problem.robot, -share * least))
-        ):
+    for shift in (_round_up(share * least) for share in HIGHER_THRESHOLDS if 0 < least < math.inf):
+        if is_solved(problem.replace(robot=lower_arming_thresholds(problem.robot, -shift))):
             yield (
-                f"A verified gait was found with thresholds in `armed` of the contacts that are higher by "
-                f"{share * least:.4g} and no other change: use a higher threshold."
+                f"A verified gait was found with thresholds in `armed` of the contacts that are higher by {shift:.2g} "
+                f"and no other change: to obtain it, write `armed=... - {shift:.2g}` with the present expression in "
+                "place of ..., and solve again."
             )
             return
     if not isinstance(problem.speed, float):
@@ -159,6 +159,18 @@ def _try_later_touchdown(problem: PlanarProblem, failure: PlanarGait, is_solved:
         if is_found:
             yield f"A verified gait was found with speed = {speed:.4g} m/s and no other change."
             return
+
+
+def _round_up(value: float) -> float:
+    """Return a value rounded up to two significant digits, so that the tested value is the stated one.
+
+    Examples
+    --------
+    >>> _round_up(0.09029), _round_up(0.36)
+    (0.091, 0.36)
+    """
+    digits = 1 - math.floor(math.log10(value))
+    return round(math.ceil(round(value * 10**digits, 6)) / 10**digits, digits)
 
 
 def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> Conflict:

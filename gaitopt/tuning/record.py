@@ -73,6 +73,8 @@ class Tuning:
         Bounds of the search for each tuned gain.
     search_interrupted : bool
         Whether Ctrl-C ended the search; the gains are then the best ones so far and are not verified.
+    actuator_units : mapping of str to str
+        Unit of the torque or force of each actuator.
 
     Examples
     --------
@@ -98,6 +100,7 @@ class Tuning:
     planned_sequence: str = field(default="", repr=False)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     search_interrupted: bool = field(default=False, repr=False)
+    actuator_units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)

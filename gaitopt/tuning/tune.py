@@ -12,6 +12,8 @@ from gaitopt.control.law_kinks import require_derivative, require_finite_torques
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.errors import InputError
 from gaitopt.interrupts import InterruptRecord, hold_interrupt
+from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.robot import Robot
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait, check_any_gait
 from gaitopt.parameters import check_type
 from gaitopt.progress import TuningObserver, silent
@@ -119,7 +121,14 @@ def tune_feedback(
         planned_sequence=gait.motion.sequence if isinstance(gait, PlanarGait) else str(gait.sequence),
         bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
+        actuator_units=_list_actuator_units(robot),
     )
+
+
+def _list_actuator_units(robot: Robot | PlanarRobot) -> dict[str, str]:
+    """Return the unit of the torque or force of each actuator."""
+    units = robot.actuator_units if isinstance(robot, PlanarRobot) else ["N m"] * len(robot.actuators)
+    return dict(zip(robot.actuators, units, strict=True))
 
 
 def _require_derivative(gait: AnyGait, family: ControllerFamily) -> None:

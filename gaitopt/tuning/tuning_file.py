@@ -59,6 +59,8 @@ class TunedGains:
     several_contacts : bool or None
         Whether the law is that of a robot with several contacts, whose actuators may be linear; None if it is not
         known, as in files of earlier versions.
+    actuator_units : mapping of str to str
+        Unit of the torque or force of each actuator; empty if it is not known, as in files of earlier versions.
 
     Examples
     --------
@@ -81,6 +83,7 @@ class TunedGains:
     verified: Mapping[str, Any] = field(default_factory=dict, repr=False)
     search_interrupted: bool = False
     several_contacts: bool | None = None
+    actuator_units: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
@@ -202,6 +205,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         },
         "search_interrupted": tuned.search_interrupted,
         "several_contacts": None if tuned.law is None else isinstance(tuned.law, PlanarLaw),
+        "actuator_units": dict(tuned.actuator_units),
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
     return write_json(facts, path, KIND)
@@ -244,6 +248,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             verified=dict(facts.get("verified") or {}),
             search_interrupted=bool(facts.get("search_interrupted")),
             several_contacts=facts.get("several_contacts"),
+            actuator_units={str(name): str(unit) for name, unit in facts.get("actuator_units", {}).items()},
         )
 
 

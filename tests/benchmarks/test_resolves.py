@@ -8,6 +8,7 @@ of intervals are 40, and those with which as many powers are split.
 
 import importlib
 import importlib.metadata
+import inspect
 
 import pytest
 
@@ -34,7 +35,7 @@ def problem(robot, sequence, friction, **changes):
 
 def measure(sequence):
     """Return the seconds of a first solve, of one with everything compiled, and of one from a gait nearby."""
-    robot = compass_biped.__wrapped__()  # what is compiled belongs to a robot: nothing is known of a new one
+    robot = inspect.unwrap(compass_biped)()  # what is compiled belongs to a robot: nothing is known of a new one
     first, _, gait = timed(lambda: solve(problem(robot, sequence, BEFORE)))
     solve(problem(robot, sequence, AFTER, guess=WarmStart(gait)))
     cold, _, other = timed(lambda: solve(problem(robot, sequence, AFTER)))

@@ -138,6 +138,14 @@ def test_settings_reach_the_problem(command, root, folder):
     assert run.json["sequence"] == "stick | stick"
 
 
+LONG_FOOT = """
+from tests.walkers.heel_toe import LIGHT, heel_toe_step
+
+def problem():
+    return heel_toe_step(0.05, build=LIGHT._replace(heel=-5.0, toe=9.0), coordinate={"a": (-17, 17)})
+"""
+
+
 def test_implausible_sizes_are_reported_before_the_solve(command, root, folder, monkeypatch):
     def end(*_, **__):
         raise InputError("the solve has begun")
@@ -145,6 +153,15 @@ def test_implausible_sizes_are_reported_before_the_solve(command, root, folder, 
     monkeypatch.setattr("gaitopt.cli.solving._solve_and_import", end)
     printed = command("solve", root / "problems" / "compass_slip.py", "--set", "leg_length=1000").err
     assert printed.index("warning: leg_length = 1000 m is implausible") < printed.index("the solve has begun")
+    (folder / "long_foot.py").write_text(LONG_FOOT, encoding="utf-8")
+    printed = command("solve", "long_foot.py").err
+    for warning in (
+        "between contacts 'heel a' and 'toe a' of one body is implausible",
+        "PlanarLimits.coordinate of a = (-17, 17) rad is implausible: a bound of an angle is at most 6.28 rad in size. "
+        "If the value is in degrees, state (-0.2967, 0.2967) rad.",
+    ):
+        assert warning in printed
+        assert printed.index(warning) < printed.index("the solve has begun")
 
 
 def test_implausible_sizes_are_the_first_warning(command, root, folder):

@@ -2,17 +2,19 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 from rich.progress import Progress
 from typer.testing import CliRunner
 
-from gaitopt import assess_stability, load, load_basin
+from gaitopt import GaitoptError, assess_stability, load, load_basin
 from gaitopt.cli.app import app, main
 from gaitopt.simulation import engine_choice
 from gaitopt.study.basins.basin_file import fraction_at
 
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 PASSIVE, WHEEL, SLIP = "problems/compass_passive.py", "problems/rimless_wheel.py", "docs/examples/compass_slip.h5"
 
 
@@ -180,6 +182,10 @@ def test_run_a_study(tmp_path):
     ("arguments", "message"),
     [
         (["stability", "problems/compass_slip.py"], "run 'gaitopt solve problems/compass_slip.py' first"),
+        (
+            ["stability", "problems/compass_slip.py", "--law", "nope.py:f"],
+            "returns a GaitProblem, not a WalkProblem; run 'gaitopt solve problems/compass_slip.py' first",
+        ),
         (["solve", WHEEL], "gaitopt stability"),
         (["stability", WHEEL, "--engine", "heyoca"], "Did you mean 'heyoka'"),
         (["stability", WHEEL, "--set", "spokes=2"], "spokes must be at least 3"),
@@ -225,3 +231,29 @@ def test_a_saved_gait_is_simulated_on_another_ground_and_with_other_masses():
     assert slips[1][0] < slips[0][0]
     assert walk("--set", "hip_mass=10.5") != planned
     assert walk("--set", "slope=0.002") != planned
+
+
+SCRIPTS = {"`GaitProblem`": "compass_slip", "`PlanarProblem`": "monopod", "`WalkProblem`": "rimless_wheel"}
+ROWS = re.findall(r"^\| (`\w+`).*?\| (yes|no) \| (yes|no) \| (yes|no) \| (yes|no) \|$", README, re.MULTILINE)
+REFUSED = [
+    (command, SCRIPTS[kind])
+    for kind, *cells in ROWS
+    for commands, cell in zip(
+        (("stability", "simulate", "basin"), ("trace",), ("tune", "push"), ("report",)), cells, strict=True
+    )
+    if cell == "no"
+    for command in commands
+]
+OPTIONS = {"basin": ("--over", "a=0:1:2"), "trace": ("--over", "slope=0:0.01"), "tune": ("--law", "lqr")}
+
+
+def test_the_readme_states_every_kind_of_script():
+    assert [kind for kind, *_ in ROWS] == list(SCRIPTS)
+    assert len(REFUSED) == 10
+
+
+@pytest.mark.parametrize(("command", "script"), REFUSED)
+def test_scripts_that_the_readme_excludes_are_refused(command, script):
+    error = run(command, f"problems/{script}.py", *OPTIONS.get(command, ())).exception
+    assert isinstance(error, GaitoptError)
+    assert re.search(r"'gaitopt (solve|stability)", str(error))

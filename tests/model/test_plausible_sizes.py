@@ -1,17 +1,28 @@
 """Implausible sizes of robots are reported with the likely unit."""
 
+import math
 import re
 
 import casadi as ca
 import pytest
 
-from gaitopt import GaitProblem, InputError, PointContact, RigidLink, check_robot, compass_biped, solve
+from gaitopt import (
+    Collocation,
+    GaitProblem,
+    InputError,
+    Limits,
+    PointContact,
+    RigidLink,
+    check_robot,
+    compass_biped,
+    solve,
+)
 from gaitopt.model import PlanarCoordinates, assemble_planar, check_planar
 from gaitopt.model.planar.plausible_geometry import report_implausible_geometry
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.model.robots.catalogue import CATALOGUE
 from gaitopt.model.robots.planar_catalogue import PLANAR_CATALOGUE
-from gaitopt.ocp import Ipopt
+from gaitopt.ocp import Ipopt, PlanarLimits, solve_planar
 from gaitopt.parameters import Parameter
 from tests.problems.test_wrong_robots import make_biped
 from tests.walkers.heel_toe import Build, heel_toe_step, heel_toe_walker
@@ -153,3 +164,17 @@ def test_a_slope_in_degrees_is_refused_with_its_value_in_radians():
         heel_toe_step(0.05).replace(slope=3.0)
     with pytest.raises(InputError, match=r"got 300.$"):
         heel_toe_step(0.05).replace(slope=300.0)
+
+
+def test_bounds_of_angles_in_degrees_are_the_first_warnings():
+    few = Ipopt(max_iterations=1)
+    problem = GaitProblem(
+        robot=compass_biped(), sequence="stick | stick", friction=0.25, step_length=0.45, speed=0.6,
+        limits=Limits(torque=6, angle={"th1": (-30, 30)}), objective="torque_squared",
+        transcription=Collocation(intervals=6),
+    )  # fmt: skip
+    assert solve(problem, solver=few).solver.warnings[0].endswith("in degrees, state (-0.5236, 0.5236) rad.")
+    limits = PlanarLimits(coordinate={"x": (-50, 50), "a": (-17, math.inf), "b": (-1, 1)})
+    warnings = solve_planar(heel_toe_step(0.05).replace(limits=limits), solver=few).solver.warnings
+    assert warnings[0].startswith("PlanarLimits.coordinate of a = (-17, inf) rad is implausible")
+    assert not any("coordinate of b" in each or "coordinate of x" in each for each in warnings)

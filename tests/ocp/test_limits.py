@@ -31,7 +31,7 @@ def test_a_limit_of_an_unknown_actuator_names_the_nearest():
 
 @pytest.mark.parametrize("torque", [-1, math.nan, None, "strong", {"hip": -0.1}, {"hip": math.nan}])
 def test_torque_limits_that_cannot_be(torque):
-    with pytest.raises(InputError, match="torque_limit of"):
+    with pytest.raises(InputError, match=r"^Limits\.torque of (ankle|hip) must be"):
         Limits(torque=torque).torques(ACTUATORS)
 
 

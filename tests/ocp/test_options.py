@@ -63,7 +63,7 @@ def _steepest(gait):
 
 
 def test_a_torque_rate_that_cannot_be():
-    with pytest.raises(InputError, match=r"torque_rate of hip must be greater than 0"):
+    with pytest.raises(InputError, match=r"Limits\.torque_rate of hip must be greater than 0"):
         Limits(torque_rate={"hip": 0}).torque_rates(("ankle", "hip"))
 
 

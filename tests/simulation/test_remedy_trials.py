@@ -131,6 +131,8 @@ def test_a_lower_threshold_is_reported_first_although_a_limit_suffices(failure, 
     assert lower.startswith(
         "A verified gait was found with thresholds in `armed` of the contacts that are lower by 0.2"
     )
+    stated = re.search(r"lower by (\S+) and no other change: to obtain it, write `armed=\.\.\. \+ (\S+)`", lower)
+    assert stated[1] == stated[2] == f"{float(stated[1]):.2g}"
     assert "'toe a' lands while its expression `armed` is -0.2" in lower
 
 
@@ -141,7 +143,9 @@ def test_thresholds_that_touchdowns_meet_are_not_lowered(uphill, failure, solved
     assert all(each.robot is problem.robot for each in tried)
 
 
-@pytest.mark.parametrize(("found", "remedy"), [("threshold", "higher by"), ("speed", "speed = 0.99 m/s"), ("", None)])
+@pytest.mark.parametrize(
+    ("found", "remedy"), [("threshold", "`armed=... - 0.11`"), ("speed", "speed = 0.99 m/s"), ("", None)]
+)
 def test_an_inaccurate_plan_that_lands_too_early_names_a_change_with_a_gait(
     failure, solved, monkeypatch, found, remedy
 ):
@@ -151,7 +155,7 @@ def test_an_inaccurate_plan_that_lands_too_early_names_a_change_with_a_gait(
         lambda each: each.robot is not problem.robot if found == "threshold" else found == "speed" and each.speed > 0.9
     )
     monkeypatch.setattr(remedy_trials, "find_penetrations", lambda *arguments: [1])
-    monkeypatch.setattr(remedy_trials, "find_least_arming", lambda *arguments: 0.4)
+    monkeypatch.setattr(remedy_trials, "find_least_arming", lambda *arguments: 0.41)
     gait = try_remedies(problem, fail(failure).replace_fields(status=Status.PLAN_INACCURATE))
     assert len(gait.solver.warnings) == (remedy is not None)
     assert remedy is None or remedy in gait.solver.warnings[0]

@@ -60,6 +60,7 @@ def test_the_error_in_the_middle_is_of_second_order(library, grid_problem):
     for name in ("torque", "state"):
         assert coarse.largest(name) / fine.largest(name) == pytest.approx(4, rel=0.3)
     assert "largest difference of the angles from the optimum" in str(fine)
+    assert str(fine).endswith(f"cost of transport from the optimum: {fine.largest('cost'):.3g}")
     failed = LibraryErrors((*fine.cells, CellError(place={}, sequence="", state=0.1)), fine.sequence)
     assert f"angles from the optimum: {fine.largest('angle'):.3g} rad; 1 cell without an optimum" in str(failed)
 

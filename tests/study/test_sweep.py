@@ -1,5 +1,6 @@
 """Sweeps: what they find, what they keep, and that nothing disturbs them."""
 
+import math
 import signal
 import subprocess
 import sys
@@ -199,8 +200,11 @@ def test_another_sweep_is_not_mixed_in(tmp_path):
     ("options", "message"),
     [
         ({"axes": {}}, "needs an axis"),
-        ({"axes": {"friction": []}}, "increasing finite values"),
-        ({"axes": {"friction": [0.2, 0.1]}}, "increasing finite values"),
+        ({"axes": {"friction": []}}, r"increasing finite values, at least one, got \[\]\."),
+        ({"axes": {"friction": [0.2, 0.1]}}, r"increasing finite values, at least one, got \[0\.2, 0\.1\]\."),
+        ({"axes": {"friction": 0.5}}, r"got 0\.5; write \[0\.5\]\."),
+        ({"axes": {"friction": [math.nan]}}, r"got \[nan\]\."),
+        ({"axes": {"friction": [0.1] * 11}}, r"got 11 values\."),
         ({"axes": {"friction": ["high"]}}, "need numbers"),
         ({"axes": {"leg_mas": [4.0]}}, "'leg_mass'"),
         ({"axes": {"friction": [0.1]}, "sequences": []}, "needs a contact sequence"),

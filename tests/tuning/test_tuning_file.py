@@ -1,6 +1,7 @@
 """Tuned gains in files, and families of laws: tune, save, reload and walk."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -56,7 +57,8 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
     gains = format_gains(tuned.family, load_tuning(path).gains)
     assert "N m/rad" in gains
     assert f"gains {gains} spectral" in shown
-    several = replace(load_tuning(path), several_contacts=True)  # whose actuators may be linear
+    assert load_tuning(path).actuator_units == {"ankle": "N m", "hip": "N m"}
+    several = replace(load_tuning(path), several_contacts=True, actuator_units={})  # of an earlier version
     print_result(several)
     shown = " ".join(capsys.readouterr().out.split())
     assert "torque limits ankle 7 N m or N, hip 8 N m or N" in shown
@@ -164,3 +166,20 @@ def test_a_custom_law_that_is_not_found_states_the_remedy(slipping, tmp_path, fi
     tuned = load_tuning(file_of_script(str(tmp_path / name) if ".py" in name else name))
     with pytest.raises(InputError, match=message):
         tuned.law(compass_biped(), slipping.motion)
+
+
+@pytest.mark.parametrize(
+    ("limit", "units", "text"),
+    [
+        (150.0, {"hip": "N m", "knee": "N m"}, "150 N m"),
+        (150.0, {"hip": "N m", "leg": "N"}, "150 N m (hip), 150 N (leg)"),
+        ({"hip": 9.0, "leg": 300.0}, {"hip": "N m", "leg": "N"}, "hip 9 N m, leg 300 N"),
+        (math.inf, {"hip": "N m", "leg": "N"}, "none"),
+        (150.0, {}, "150 N m or N"),
+    ],
+)
+def test_each_torque_limit_has_the_unit_of_its_actuator(tuned, tmp_path, capsys, limit, units, text):
+    settings = replace(tuned.settings, torque_limit=limit)
+    path = save_tuning(replace(tuned, settings=settings, actuator_units=units), tmp_path / "gains.json")
+    print_result(replace(load_tuning(path), several_contacts=True))
+    assert f"torque limits {text} objective" in " ".join(capsys.readouterr().out.split())

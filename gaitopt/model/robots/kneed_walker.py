@@ -4,6 +4,7 @@ import functools
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import PointContact
@@ -27,6 +28,7 @@ PARAMETERS = (
 )
 
 
+@check_arguments
 @functools.cache
 @one_at_a_time
 def kneed_walker() -> PlanarRobot:

@@ -5,6 +5,7 @@ import math
 
 import casadi as ca
 
+from gaitopt.arguments import check_arguments
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing, StepEnd, assemble
 from gaitopt.model.contacts.contact import PointContact
@@ -22,6 +23,7 @@ PARAMETERS = (
 )
 
 
+@check_arguments
 @functools.cache
 @one_at_a_time
 def rimless_wheel() -> Robot:

@@ -16,6 +16,7 @@ from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
 from gaitopt.ocp.nlp.bound_vectors import Bounds
 from gaitopt.ocp.nlp.keys import Place, Unknown
+from gaitopt.ocp.statement.limits import report_implausible_angles
 
 ACTIVE = 1e-4
 """Relative distance from its lower bound within which a normal force is at this bound."""
@@ -40,6 +41,13 @@ def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]
         *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
         *report_implausible_geometry(problem.robot, values),
     )
+
+
+def report_implausible_limits(problem: PlanarProblem) -> tuple[str, ...]:
+    """Return a sentence for each range of an angle that was probably stated in degrees."""
+    units, ranges = dict(zip(problem.robot.coordinates, problem.robot.units, strict=True)), problem.limits.coordinate
+    angles = {name: ranges[name] for name in ranges if units[name] == "rad"}
+    return report_implausible_angles("PlanarLimits.coordinate", angles)
 
 
 def report_inaccuracy(

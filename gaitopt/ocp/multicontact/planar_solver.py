@@ -29,7 +29,7 @@ from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar
 from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_refinement import refine_plan
-from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot
+from gaitopt.ocp.multicontact.planar_remarks import report_implausible_limits, report_implausible_robot
 from gaitopt.ocp.multicontact.planar_start import planar_start, setting_of, tabulate_solution
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription, transcribe_planar
 from gaitopt.ocp.multicontact.planar_warm_start import PlanarWarmStart, find_warm_start, list_refinements
@@ -338,7 +338,11 @@ def _report(result: GridResult, start: _Start) -> PlanarGait:
             solve_seconds=time.perf_counter() - start.started - start.build_seconds,
             message=outcome.message,
             violations=() if outcome.status.ok else unmet,
-            warnings=(*report_implausible_robot(problem, values), *result.warnings),
+            warnings=(
+                *report_implausible_robot(problem, values),
+                *report_implausible_limits(problem),
+                *result.warnings,
+            ),
         ),
         versions=versions(),
         solution=tabulate_solution(transcription, outcome.x, outcome.multipliers, outcome.g),

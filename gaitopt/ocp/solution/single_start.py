@@ -29,6 +29,7 @@ from gaitopt.ocp.solution.mesh_refinement import (
 )
 from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
+from gaitopt.ocp.statement.limits import report_implausible_angles
 from gaitopt.progress import Observer
 
 
@@ -144,7 +145,8 @@ def _restore_warnings(solution: PortableSolution, remarks: tuple[str, ...]) -> t
 def _collect_warnings(solution: GridSolution, remarks: tuple[str, ...]) -> tuple[str, ...]:
     """Return all warnings; implausible sizes are the first ones, since others may follow from them."""
     problem = solution.problem
-    return report_implausible_sizes(problem.robot, problem.values) + remarks + solution.warnings()
+    angles = report_implausible_angles("Limits.angle", problem.limits.angle)
+    return report_implausible_sizes(problem.robot, problem.values) + angles + remarks + solution.warnings()
 
 
 def _solve_accurately(start: SingleStart, coarsest: GridSolution | None) -> tuple[GridSolution, tuple[str, ...]]:

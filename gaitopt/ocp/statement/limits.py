@@ -72,7 +72,7 @@ class Limits:
             If a limit is negative or its name is not that of an actuator.
         """
         by_name = _by_actuator("torque", self.torque, actuators)
-        return [_positive(f"torque_limit of {name}", "N m", limit, zero=True) for name, limit in by_name.items()]
+        return [_positive(name, "N m", limit, zero=True) for name, limit in by_name.items()]
 
     def torque_rates(self, actuators: tuple[str, ...]) -> list[float]:
         """Return the limit of each actuator's torque rate [N m/s], in order.
@@ -83,7 +83,7 @@ class Limits:
             If a limit is not positive or its name is not that of an actuator.
         """
         by_name = _by_actuator("torque_rate", self.torque_rate, actuators)
-        return [_positive(f"torque_rate of {name}", "N m/s", limit) for name, limit in by_name.items()]
+        return [_positive(name, "N m/s", limit) for name, limit in by_name.items()]
 
     def angles(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
         """Return the bounds of each angle [rad], in order.
@@ -113,14 +113,45 @@ def _angle_bounds(name: str, limit: object) -> tuple[float, float]:
     return lower, upper
 
 
+def report_implausible_angles(setting: str, limits: object) -> tuple[str, ...]:
+    """Return a sentence for each bound of an angle that exceeds a revolution: it was probably stated in degrees.
+
+    Parameters
+    ----------
+    setting : str
+        Name of the limits, such as ``"Limits.angle"``.
+    limits : float, or mapping of angle to float or pair [rad]
+
+    Examples
+    --------
+    >>> print(*report_implausible_angles("Limits.angle", {"th1": (-30, 30), "th2": 1.0}))
+    Limits.angle of th1 = (-30, 30) rad is implausible: a bound of an angle is at most 6.28 rad in size. If the value \
+is in degrees, state (-0.5236, 0.5236) rad.
+    """
+    named = {f" of {name}": bounds for name, bounds in limits.items()} if isinstance(limits, Mapping) else {"": limits}
+    sentences = []
+    for name, bounds in named.items():
+        values = [float(bound) for bound in (bounds if isinstance(bounds, tuple | list) else [bounds])]  # type: ignore[arg-type]
+        if any(2 * math.pi < abs(value) < math.inf for value in values):
+            stated, meant = (
+                texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
+                for texts in ([f"{value:.6g}" for value in values], [f"{math.radians(value):.4g}" for value in values])
+            )
+            sentences.append(
+                f"{setting}{name} = {stated} rad is implausible: a bound of an angle is at most 6.28 rad in size. If "
+                f"the value is in degrees, state {meant} rad."
+            )
+    return tuple(sentences)
+
+
 def _by_actuator(field_name: str, limit: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:
-    """Return a limit for each actuator, in order; infinity for those missing in a mapping."""
+    """Return a limit for each actuator by its name in messages, in order; infinity for those missing in a mapping."""
     if not isinstance(limit, Mapping):
-        return dict.fromkeys(actuators, limit)
+        return {f"Limits.{field_name} of {name}": limit for name in actuators}
     for name in limit:
         if name not in actuators:
             raise InputError(f"Limits.{field_name}: there is no actuator {name!r}. {suggest(name, actuators)}")
-    return {name: limit.get(name, math.inf) for name in actuators}
+    return {f"Limits.{field_name} of {name}": limit.get(name, math.inf) for name in actuators}
 
 
 @check_arguments

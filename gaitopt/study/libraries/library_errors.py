@@ -98,7 +98,7 @@ class LibraryErrors:
             ("state", "rad, rad/s", "change of the state over a simulated step"),
             ("angle", "rad", "difference of the angles from the optimum"),
             ("torque", "N m", "difference of the torques from the optimum"),
-            ("cost", "1", "difference of the cost of transport from the optimum"),
+            ("cost", "", "difference of the cost of transport from the optimum"),
         ):
             known = [cell for cell in self.cells if not np.isnan(getattr(cell, name))]
             if known:
@@ -107,7 +107,7 @@ class LibraryErrors:
                     len(self.cells) - len(known),
                 )
                 where = f"; {format_count(missing, 'cell')} without an optimum" if missing else ""
-                lines.append(f"largest {meaning}: {largest:.3g} {unit}{where}")
+                lines.append(f"largest {meaning}: {largest:.3g}{unit and f' {unit}'}{where}")
         return "\n".join(lines)
 
 

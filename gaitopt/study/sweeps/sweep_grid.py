@@ -27,6 +27,9 @@ from gaitopt.parallel.task_graph import Task
 FIELDS = {"friction": "1", "speed": "m/s", "step_length": "m", "slope": "rad"}
 """Fields of a problem that can be axes, with their units; parameters of the robot can be axes, too."""
 
+MOST_SHOWN = 10
+"""Largest number of values of an invalid axis that are stated."""
+
 Index = tuple[int, ...]
 
 
@@ -102,7 +105,9 @@ class SweepGrid:
             if name in getattr(self.problem, "free", {}):
                 raise InputError(f"A sweep over {name!r} needs a problem in which it is not free.")
             if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
-                raise InputError(f"The axis {name!r} needs increasing finite values, at least one.")
+                remedy = f"; write [{values:g}]" if not values.ndim and np.isfinite(values) else ""
+                got = f"got {values.tolist()}{remedy}" if values.size <= MOST_SHOWN else f"got {values.size} values"
+                raise InputError(f"The axis {name!r} needs increasing finite values, at least one, {got}.")
         if len(self.impossible) == math.prod(self.shape):
             raise InputError(f"No point of this sweep has a valid problem: {next(iter(self.impossible.values()))}")
 
