@@ -78,6 +78,7 @@ def test_a_legend_on_a_narrow_page_has_two_columns_if_the_texts_fit():
             handles = figure.subplots().plot([[0.0] * len(labels)])
             legend = add_page_legend(figure, handles, labels, columns=4, width=3.5, loc="outside upper left")
             assert legend.get_window_extent().width <= figure.bbox.width
+            FigureCanvasAgg(figure).draw()
             lines = {round(text.get_window_extent().y0) for text in legend.get_texts()}
         assert len(lines) == math.ceil(len(labels) / columns)
 
