@@ -166,8 +166,8 @@ def _name_measures(table: "xr.Dataset") -> list[str]:
 
 def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
     """Print the contact sequence of lowest cost at each point, with its cost and its measures."""
-    measured = _name_measures(table)
-    shown = Table(box=box.SIMPLE, pad_edge=False, title="lowest cost", title_justify="left")
+    measured, single = _name_measures(table), table.sizes["sequence"] == 1
+    shown = Table(box=box.SIMPLE, pad_edge=False, title=None if single else "lowest cost", title_justify="left")
     cost = find_cost_variable(table)
     for name in (*axes, "sequence", cost, *measured):
         shown.add_column(_header(table, name), no_wrap=True)
@@ -176,10 +176,10 @@ def _print_lowest(table: "xr.Dataset", axes: list[str]) -> None:
         cells = [_show_value(table[name], i) for name, i in zip(axes, index, strict=True)]
         lowest = str(table.lowest_sequence.values[index])
         if not lowest:
-            pending = bool((table.status.values[(slice(None), *index)] == PENDING).any())
-            shown.add_row(
-                *cells, "not all sequences computed" if pending else "no gait", style="" if pending else "red"
-            )
+            statuses = table.status.values[(slice(None), *index)]
+            pending = bool((statuses == PENDING).any())
+            failure = str(statuses[0]) if single else "no gait"
+            shown.add_row(*cells, "not all sequences computed" if pending else failure, style="" if pending else "red")
             continue
         at = (sequences.index(lowest), *index)
         shown.add_row(*cells, lowest, *(_describe_value(table, n, at) for n in (cost, *measured)))
@@ -202,14 +202,16 @@ def describe_progress(table: "xr.Dataset") -> str:
 def print_sweep(table: "xr.Dataset", *, is_last: bool = True) -> None:
     """Print the objective of each sequence over the axes, the lowest in green, and the reasons of failures.
 
+    The measures are those of the sequence of lowest cost; if there is one sequence, their table contains its objective.
     Unless another line states how many points are computed, the last one states how many are not.
     """
     axes = [str(name) for name in table.status.dims if name != "sequence"]
-    several = table.sizes["sequence"] > MOST_COLUMNS
+    count, measured = table.sizes["sequence"], bool(_name_measures(table))
     computed = bool(_computed_points(table))
-    if computed and "lowest_sequence" in table and (_name_measures(table) or several):
+    has_lowest = "lowest_sequence" in table and (measured or count > MOST_COLUMNS)
+    if computed and has_lowest:
         _print_lowest(table, axes)
-    if computed and not several:
+    if computed and count <= MOST_COLUMNS and not (has_lowest and count == 1):
         _print_costs(table, axes)
     _print_reasons(table)
     pending = int((table.status.values == PENDING).sum())

@@ -52,11 +52,11 @@ class WalkFile:
             from gaitopt.plot.style import FigureStyle
 
             style = FigureStyle(width=self.width, font_size=self.font_size)
-            return save_figure(plot_motion(motion, title=title.replace("_", " "), style=style), self.path)
+            return save_figure(plot_motion(motion, title=title, style=style), self.path)
         if suffix in ANIMATIONS:
             from gaitopt.plot.animation import animate
 
-            return animate(motion, self.path, steps=1, title=title.replace("_", " "))
+            return animate(motion, self.path, steps=1, title=title)
         from gaitopt.export.csv_file import write_csv
 
         return write_csv(motion, self.path, section=section, robot=robot)

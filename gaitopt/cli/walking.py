@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import numpy as np
 import typer
 
-from gaitopt.cli.law_option import OPEN_LOOP, describe_law, find_feedback
+from gaitopt.cli.law_option import OPEN_LOOP, describe_law, find_feedback, law_title
 from gaitopt.cli.options import (
     CyclePeriod,
     CycleStarts,
@@ -156,13 +156,24 @@ def simulate(
     with show_progress("simulating", hidden=json):
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch), changes)
+    title = _title_walk(request, law_title(law, stance_angle))
     if planar is not None:
-        _end_planar_walk(planar, source.stem, file, engine=engine, json=json)
+        _end_planar_walk(planar, title, file, engine=engine, json=json)
     if rise or patch:
         raise InputError(PLANE)
     with show_progress("simulating", hidden=json):
         walk = _walk(request, state, steps, changes)
-    _end_walk(walk, source.stem, file, json=json)
+    _end_walk(walk, title, file, json=json)
+
+
+def _title_walk(request: "Request", law: str) -> str:
+    """Return the title of a simulated walk: that of a saved gait with law and planned speed, otherwise the script."""
+    if request.is_script:
+        return request.source.stem.replace("_", " ")
+    gait = request.gait
+    name = gait.problem.get("name", "gait")
+    name = gait.robot_name.replace("_", " ") if name == "gait" else name
+    return f"{name}, {law}, planned speed {gait.speed:.3g} m/s"
 
 
 def _end_walk(walk: "Rollout", name: str, file: "WalkFile", *, json: bool) -> NoReturn:

@@ -22,6 +22,9 @@ LETTERS_PER_INCH = 12
 PAGE_MARGIN = 0.2
 """Width of the page that legends leave free [inch]."""
 
+NARROW_COLUMNS = {"columnspacing": 0.7, "handlelength": 1.6, "handletextpad": 0.5}
+"""Distances in a legend of two columns that would otherwise have one column [font size]."""
+
 INCLUDED = 0.8
 """Height of a legend for which the height of a figure has space [inch]."""
 
@@ -93,7 +96,7 @@ def add_page_legend(
     width: float,
     **placement: Any,
 ) -> "Legend":
-    """Add a legend with as many columns as the page is wide enough for.
+    """Add a legend with as many columns as the page is wide enough for; two columns may be closer to each other.
 
     Parameters
     ----------
@@ -110,8 +113,11 @@ def add_page_legend(
     if figure is None:
         raise ValueError("a legend needs axes or a figure that belong to a figure")
     wrapped = [show_minus(wrap_text(label, int(LETTERS_PER_INCH * width))) for label in labels]
-    for count in range(min(columns, len(wrapped)), 1, -1):
-        legend = owner.legend(handles, wrapped, ncols=count, **placement)
+    most = min(columns, len(wrapped))
+    layouts: list[tuple[int, dict[str, Any]]] = [(count, {}) for count in range(most, 1, -1)]
+    layouts += [(2, NARROW_COLUMNS)] if most > 1 else []
+    for count, distances in layouts:
+        legend = owner.legend(handles, wrapped, ncols=count, **(distances | placement))
         if legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:
             return legend
         legend.remove()

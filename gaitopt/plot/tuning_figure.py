@@ -70,6 +70,8 @@ def plot_tuning(tuned: Tuning | TunedGains, *, style: FigureStyle | None = None)
 
 
 def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     values = np.array([trial.objective for trial in tuned.trials])
     numbers = np.arange(1, values.size + 1)
     lowest = np.minimum.accumulate(np.where(np.isfinite(values), values, np.inf))
@@ -85,6 +87,7 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     if finite.size:
         axes.set_ylim(0, 1.05 * top)
     axes.set(xlabel="evaluation", ylabel=tuned.objective)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))  # evaluations are counted
 
 
 def _draw_open_loop(axes: "Axes", radius: float, largest: float) -> float:

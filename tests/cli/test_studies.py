@@ -308,6 +308,24 @@ def test_a_point_without_a_gait_is_not_reported_as_failed_while_sequences_are_mi
     assert capsys.readouterr().out.rstrip().endswith(said)
 
 
+@pytest.mark.parametrize(("measured", "header"), [(True, "recovered push"), (False, "infeasible")])
+def test_the_cost_of_a_single_sequence_is_printed_once(capsys, measured, header):
+    cost = [[0.0171, np.nan]]
+    table = xr.Dataset(
+        {"cost_of_transport": (("sequence", "friction"), cost, {"units": "1"})},
+        {"sequence": ["stick | stick"], "friction": ("friction", [0.1, 0.2], {"units": "1"})},
+    )
+    if measured:
+        table["recovered_push"] = table.cost_of_transport.assign_attrs(units="rad/s")
+    table["lowest_sequence"] = ("friction", ["stick | stick", ""])
+    table["status"] = (("sequence", "friction"), [["solved", "infeasible"]])
+    table["reason"] = (("sequence", "friction"), [["", ""]])
+    study_output.print_sweep(table)
+    printed = capsys.readouterr().out
+    assert (printed.count("cost of transport"), printed.count("infeasible")) == (1, 1)
+    assert header in printed
+
+
 @pytest.mark.slow
 def test_a_cluster_finds_the_same_and_knows_the_classes_of_a_script(command, quick, scheduler):
     """The last test of this file: the processes of the cluster, which end with the file, also work while they wait."""

@@ -10,6 +10,7 @@ from rich.progress import Progress
 from typer.testing import CliRunner
 
 from gaitopt import GaitoptError, assess_stability, load, load_basin
+from gaitopt.cli import walk_file
 from gaitopt.cli.app import app, main
 from gaitopt.simulation import engine_choice
 from gaitopt.study.basins.basin_file import fraction_at
@@ -99,6 +100,16 @@ def test_the_figure_of_a_walk_has_the_requested_width(tmp_path, width):
     settings = ["--set", "friction=0.3", "--set", "sequence=stick slip+ | stick"]
     assert run("simulate", WHEEL, *settings, "--steps", 1, "-o", path, "--width", width).exit_code == 0
     assert float(re.search(r'width="([\d.]+)pt"', path.read_text()).group(1)) == pytest.approx(72 * width, rel=0.1)
+
+
+@pytest.mark.parametrize(("law", "name"), [("feedforward", "open loop"), ("lqr", "lqr")])
+def test_the_title_of_a_saved_gait_states_its_name_the_law_and_the_speed(tmp_path, monkeypatch, law, name):
+    titles = []
+    monkeypatch.setattr(walk_file.WalkFile, "write", lambda _, motion, title, *rest: titles.append(title))
+    path = tmp_path / "walk.png"
+    assert run("simulate", SLIP, "--law", law, "--steps", 1, "-o", path).exit_code == 0
+    assert run("simulate", WHEEL, "--steps", 1, "-o", path).exit_code == 0
+    assert titles == [f"compass biped, slipping impact, {name}, planned speed 0.633 m/s", "rimless wheel"]
 
 
 def test_the_events_of_a_walk_end_with_the_sequence_of_each_step():

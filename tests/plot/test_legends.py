@@ -12,6 +12,7 @@ from matplotlib.text import Text
 from gaitopt import FigureStyle, InputError, compare, plot_comparison, plot_gait
 from gaitopt.motion.animation_frames import AnimationFrames
 from gaitopt.plot.insets import ForceDiagram, Header
+from gaitopt.plot.legends import add_page_legend
 from gaitopt.plot.style import LINES, line_style
 from gaitopt.report.motion_charts import portraits, time_charts
 
@@ -63,6 +64,21 @@ def outside(figure, kind):
 def overlapping(texts):
     boxes = [text.get_window_extent() for text in texts]
     return [(a, b) for a in range(len(boxes)) for b in range(a) if boxes[a].padded(-0.5).overlaps(boxes[b])]
+
+
+def test_a_legend_on_a_narrow_page_has_two_columns_if_the_texts_fit():
+    names = ["stick | stick", "slip+ stick | stick", "slip+ stick slip- | stick", "slip- slip+ stick slip- | slip-"]
+    style = FigureStyle(width=3.5)
+    for labels, columns in (
+        ([*names, "unstable", "slip onset", "Neimark-Sacker", "period doubling", "impact cone"], 2),
+        ([*names, *names], 1),
+    ):
+        with style.figure(4.6) as figure:
+            handles = figure.subplots().plot([[0.0] * len(labels)])
+            legend = add_page_legend(figure, handles, labels, columns=4, width=3.5, loc="outside upper left")
+            assert legend.get_window_extent().width <= figure.bbox.width
+            FigureCanvasAgg(figure).draw()
+            assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
 
 
 @pytest.mark.slow

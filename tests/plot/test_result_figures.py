@@ -419,6 +419,14 @@ def test_tuned_gains_show_the_search_and_the_multipliers(results):
     assert sorted(plane.lines[-1].get_ydata()) == [-0.4, 0.4]
 
 
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_evaluations_have_ticks_at_integers(results, width):
+    for count in (2, 9, 10):
+        trials = tuple(Trial({"stiffness": 30.0}, 0.8) for _ in range(count))
+        search = plot_tuning(replace(results["tuned gains"], trials=trials), style=FigureStyle(width=width)).axes[0]
+        assert all(float(tick).is_integer() for tick in search.get_xticks())
+
+
 @pytest.mark.parametrize("lowest", [0.5, 1e-3])
 def test_an_open_loop_below_the_stability_limit_is_a_line(results, lowest):
     trials = tuple(Trial({"stiffness": 30.0}, value) for value in (0.8, lowest))
