@@ -115,7 +115,7 @@ class ControllerFamily:
         --------
         >>> from gaitopt import compass_biped, push_off
         >>> family = ControllerFamily.from_law(push_off(compass_biped(), torque=-2.0, duration=0.1))
-        >>> family.with_starts({"torque": -7.0}).gains[0].lower
+        >>> family.with_starts({"push_off_torque": -7.0}).gains[0].lower
         -7.0
         """
         gains = tuple(
