@@ -70,9 +70,11 @@ def write_failure(gait: "AnyGait", problem: "GaitProblem | PlanarProblem", path:
         return FailureFile(None, str(error))
 
 
-def report_failure(failure: FailureFile | None) -> None:
-    """Print what was written of a solve without a result."""
-    if failure is None:
+def report_failure(failure: FailureFile | None, repeated: Path | None = None) -> None:
+    """Print what was written of a solve without a result, or that the repeated file contains its problem."""
+    if failure is None and repeated is not None:
+        text = f"nothing was written: {repeated} already contains this problem, whose solve fails again"
+    elif failure is None:
         text = "nothing was written"
     elif failure.path is None:
         text = f"nothing was written: {failure.reason}"

@@ -117,9 +117,10 @@ def solve(
             gait, interrupted = _verify_and_certify(gait, display)
         elif not interrupted:
             gait, interrupted = _try_remedies(problem, gait, observer, display)
-    ended = repeated or gait.status is Status.INTERRUPTED or gait.status.ok
-    failure = None if ended else path.with_name(f"{path.stem}_failed.h5")
-    interrupted |= _save_and_report(gait, path, (problem, failure) if failure else None, json=json)
+    failure: tuple[Any, Path] | Path | None = None
+    if not (gait.status is Status.INTERRUPTED or gait.status.ok):
+        failure = source if repeated else (problem, path.with_name(f"{path.stem}_failed.h5"))
+    interrupted |= _save_and_report(gait, path, failure, json=json)
     if interrupted:
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
@@ -218,11 +219,14 @@ def _try_remedies(
 def _save_and_report(
     gait: "Gait | PlanarGait",
     path: Path,
-    failure: "tuple[GaitProblem | PlanarProblem, Path] | None",
+    failure: "tuple[GaitProblem | PlanarProblem, Path] | Path | None",
     *,
     json: bool,
 ) -> bool:
-    """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted."""
+    """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted.
+
+    The failure is a problem and its file, or the file of a failed solve that was repeated, which is not written again.
+    """
     from gaitopt.cli.failed_solve import report_failure, write_failure
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
@@ -232,7 +236,7 @@ def _save_and_report(
         if gait.status.ok:
             written = path  # a Ctrl-C is raised when the file is written
             save(gait, path)
-        elif failure is not None:
+        elif isinstance(failure, tuple):
             failed = write_failure(gait, *failure)
     except KeyboardInterrupt:
         interrupted = True
@@ -246,7 +250,7 @@ def _save_and_report(
         if written:
             report_file(written)
         else:
-            report_failure(failed)
+            report_failure(failed, failure if isinstance(failure, Path) else None)
     return interrupted
 
 

@@ -34,6 +34,8 @@ class WalkFile:
     ) -> Path | None:
         """Write a walk in the format of the suffix: a figure, an animation, or trajectories as CSV.
 
+        An animation has the first line of the title only.
+
         `section` are the events that end the steps of a robot with several contacts, and `robot` is such a robot.
 
         Raises
@@ -56,7 +58,7 @@ class WalkFile:
         if suffix in ANIMATIONS:
             from gaitopt.plot.animation import animate
 
-            return animate(motion, self.path, steps=1, title=title)
+            return animate(motion, self.path, steps=1, title=title.partition("\n")[0])  # beside its legend
         from gaitopt.export.csv_file import write_csv
 
         return write_csv(motion, self.path, section=section, robot=robot)

@@ -173,7 +173,7 @@ def _title_walk(request: "Request", law: str) -> str:
     gait = request.gait
     name = gait.problem.get("name", "gait")
     name = gait.robot_name.replace("_", " ") if name == "gait" else name
-    return f"{name}, {law}, planned speed {gait.speed:.3g} m/s"
+    return f"{name}\n{law}, planned speed {gait.speed:.3g} m/s"
 
 
 def _end_walk(walk: "Rollout", name: str, file: "WalkFile", *, json: bool) -> NoReturn:

@@ -24,6 +24,9 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 POLL_INTERVAL = 0.1
 """Time between two checks of whether anything still completes the tasks [s]."""
 
+FEEDER_TIMEOUT = 1.0
+"""Longest time that is waited for the thread that writes tasks to processes which are killed [s]."""
+
 _STARTS = 3
 """Attempts to start workers that survive until their first task."""
 
@@ -120,7 +123,7 @@ class LocalProcesses(TaskExecutor):
         """Replace the workers; raises GaitoptError if they die before they do any task."""
         for _ in range(_STARTS):
             with defer_interrupt():
-                self._pool.shutdown(kill_workers=True)
+                self._end_pool(kill=True)
                 self._pool = self._start_pool()
             try:
                 with defer_interrupt(), block_interrupts():
@@ -143,8 +146,21 @@ class LocalProcesses(TaskExecutor):
         the resource tracker of loky warns.
         """
         with defer_interrupt():
-            self._pool.shutdown(kill_workers=kill)
+            self._end_pool(kill=kill)
             self._remove_files()
+
+    def _end_pool(self, *, kill: bool) -> None:
+        """End the processes of the pool, and with `kill` the thread that writes tasks into their pipe.
+
+        The thread waits while the pipe is full.  This process also has the end of the pipe that is read, so that the
+        thread would wait indefinitely for killed processes, and its queue would never free its semaphores.
+        """
+        queue = getattr(self._pool, "_call_queue", None)
+        self._pool.shutdown(kill_workers=kill)
+        if kill and queue is not None:
+            queue._reader.close()  # the thread ends with an error, which loky ignores
+            if (feeder := getattr(queue, "_thread", None)) is not None:
+                feeder.join(FEEDER_TIMEOUT)
 
     def _start_pool(self) -> "ProcessPoolExecutor":
         from loky import ProcessPoolExecutor

@@ -226,6 +226,18 @@ def test_the_file_of_a_failed_solve_repeats_it_without_the_script(command, root,
     assert [path.name for path in folder.iterdir()] == ["compass_stick_failed.h5"]
 
 
+def test_a_repeated_solve_that_fails_again_names_the_file_that_contains_it(command, root, folder):
+    settings = ("--set", "torque_limit=0.1", "--set", "intervals=8")
+    command("solve", root / "problems/compass_stick.py", *settings)
+    again = command("solve", "compass_stick_failed.h5", "-o", "again.h5")
+    assert again.status == 1
+    assert (
+        "nothing was written: compass_stick_failed.h5 already contains this problem, whose solve fails again"
+        in again.out
+    )
+    assert [path.name for path in folder.iterdir()] == ["compass_stick_failed.h5"]
+
+
 def test_the_file_of_a_gait_or_settings_are_no_failed_solve(command, slip_file):
     assert "compass_slip.h5 is a solved gait" in command("solve", slip_file).err
     assert "--set changes a parameter of a script" in command("solve", slip_file, "--set", "friction=1").err

@@ -274,6 +274,21 @@ def test_an_interrupt_while_the_workers_end_is_raised_afterwards(monkeypatch):
     assert stored == {"square": 100, "cube": 1000}
 
 
+def test_killed_workers_leave_no_thread_that_writes_a_large_task_and_no_semaphores():
+    """The thread waits for the pipe, which a process that is busy does not read."""
+    before = set(threading.enumerate())
+    processes = LocalProcesses(1, works.rest_with, None)
+    try:
+        started = processes.submit(0.0, [])
+        started.result(timeout=60)
+        for _ in range(3):
+            processes.submit(60.0, [bytes(10**6)])
+        time.sleep(0.5)  # the pipe is full
+    finally:
+        processes.shutdown(kill=True)
+    assert not [thread for thread in threading.enumerate() if thread not in before and "Feeder" in thread.name]
+
+
 @pytest.mark.parametrize(("owner", "name"), [(ProcessPoolExecutor, "shutdown"), (LocalProcesses, "_start_pool")])
 def test_repeated_interrupts_do_not_leave_workers_half_started_or_half_ended(monkeypatch, owner, name):
     """The second one is raised where it comes, by default; the semaphores of the workers would be left."""

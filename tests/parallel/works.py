@@ -39,6 +39,10 @@ def rest(shared, seconds):
     time.sleep(seconds)
 
 
+def rest_with(shared, seconds, *needed):
+    time.sleep(seconds)
+
+
 def finds_by(shared, finder):
     """Return whether modules are found by a finder of some class."""
     return any(type(each).__name__ == finder for each in sys.meta_path)
