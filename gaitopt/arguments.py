@@ -36,8 +36,6 @@ MOST_KEYS = 1000
 """Number of combinations of plain arguments of a record that are remembered as valid."""
 
 EXPRESSION = "a CasADi expression (SX)"
-"""An expression in messages."""
-
 _NAMES = {
     float: "a number",
     int: "a whole number",
@@ -226,9 +224,8 @@ def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, 
         if len(listed) == 1 and "a sequence of" in _describe(signature.parameters[listed[0]].annotation):
             return f"{name}: {listed[0]} is a single argument; several are given as a list, {name}([..., ...]){more}."
         return f"{name}: only the arguments {', '.join(listed)} are accepted without their names{more}."
-    unknown = next((option for option in options if option not in known), None)
-    public = [one for one in known if not one.startswith("_")]
-    return None if unknown is None else f"{name} has no argument {unknown!r}. {suggest(unknown, public)}"
+    public, unknown = [one for one in known if not one.startswith("_")], [name for name in options if name not in known]
+    return f"{name} has no argument {unknown[0]!r}. {suggest(unknown[0], public)}" if unknown else None
 
 
 @functools.lru_cache(maxsize=1024)

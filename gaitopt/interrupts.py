@@ -41,10 +41,24 @@ _ACTIVE: list["InterruptRecord"] = []
 
 
 class InterruptRecord:
-    """Record of whether a Ctrl-C was received."""
+    """Record of whether a Ctrl-C was received.
+
+    Attributes
+    ----------
+    received : bool
+    announce : callable or None
+        Called at the first Ctrl-C, for example to state when the block ends.
+    """
 
     def __init__(self) -> None:
         self.received = False
+        self.announce: Callable[[], None] | None = None
+
+    def receive(self) -> None:
+        """Record a Ctrl-C."""
+        first, self.received = not self.received, True
+        if first and self.announce is not None:
+            self.announce()
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a Ctrl-C was received."""
@@ -127,7 +141,7 @@ def hold_interrupt() -> Iterator[InterruptRecord]:
 
     def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
-            record.received = True
+            record.receive()
             _record_interrupt()
             signal.signal(signal.SIGINT, previous)
 
@@ -156,7 +170,7 @@ def record_interrupts(handler: Handler | None = None) -> Iterator[InterruptRecor
 
     def make(previous: Handler) -> Handler:
         def handle(number: int, frame: FrameType | None) -> None:
-            record.received = True
+            record.receive()
             if _is_cleared(frame):
                 _repeat_interrupt(timers)
             else:
@@ -179,7 +193,7 @@ def record_interrupts(handler: Handler | None = None) -> Iterator[InterruptRecor
 def _record_interrupt() -> None:
     """Record an interrupt in the blocks around one that replaces their handler."""
     for record in _ACTIVE:
-        record.received = True
+        record.receive()
 
 
 def _is_cleared(frame: FrameType | None) -> bool:

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -30,9 +30,12 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_bounds
+from gaitopt.interrupts import record_interrupts
 from gaitopt.progress import TuningStep, VerificationStep
 
 if TYPE_CHECKING:
+    from gaitopt.cli.progress_display import Display
+    from gaitopt.cli.tuning_announcement import TuningAnnouncement
     from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.simulation.engine import Engine
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
@@ -76,7 +79,6 @@ def tune(
     from gaitopt.simulation.engine_choice import engine_for
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
-    from gaitopt.tuning.tune import tune_feedback
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
 
     search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
@@ -87,24 +89,33 @@ def tune(
         family = _family_of(gait, law, torque_limit, stance_angle)
         family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
         used = engine_for(gait.robot, engine)
-        _recommend_engine(gait, hidden=json)
-        announcement.advice = _find_advice(gait, used)
+        announcement.advice = _recommend_engine(gait, used, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
-        tuned = tune_feedback(
-            gait,
-            family,
-            objective=SensitivityNorm() if sensitivity else SpectralRadius(),
-            frictions=tuple(friction or ()),
-            search=search,
-            test=test,
-            engine=used,
-            observer=lambda step: display.describe(_progress(announcement.time_step(step))),
-        )
+        objective = SensitivityNorm() if sensitivity else SpectralRadius()
+        options = {"objective": objective, "frictions": tuple(friction or ()), "search": search, "test": test}
+        tuned = _tune(gait, family, announcement, display, {**options, "engine": used})
         trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
-    options = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
-    _report_tuning(tuned, output, trials.describe(file, options), json=json)
+    stated = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
+    _report_tuning(tuned, output, trials.describe(file, stated), json=json)
     _exit(tuned, interrupted=trials.interrupted)
+
+
+def _tune(
+    gait: "AnyGait",
+    family: "ControllerFamily",
+    announcement: "TuningAnnouncement",
+    display: "Display",
+    options: dict[str, Any],
+) -> "Tuning":
+    """Return the tuned law, with progress; an interrupt states what is still computed."""
+    from gaitopt.tuning.tune import tune_feedback
+
+    with record_interrupts() as interrupt:
+        interrupt.announce = announcement.announce_end
+        return tune_feedback(
+            gait, family, observer=lambda step: display.describe(_progress(announcement.time_step(step))), **options
+        )
 
 
 def _exit(tuned: "Tuning", *, interrupted: bool) -> NoReturn:
@@ -160,21 +171,25 @@ def _replace_bounds(family: "ControllerFamily", bounds: "dict[str, tuple[float, 
     return family.with_bounds({gain.name: (gain.lower, gain.upper) for gain in family.gains} | bounds)
 
 
-def _recommend_engine(gait: "AnyGait", *, hidden: bool) -> None:
-    """Print how the evaluations and the walks of a gait become faster, if they do, unless output is hidden."""
-    from gaitopt.motion.gait import Gait
-    from gaitopt.simulation.engine_choice import default_engine, faster_walks
+def _recommend_engine(gait: "AnyGait", engine: "Engine | PlanarEngine | None", *, hidden: bool) -> str | None:
+    """Return how slow evaluations of a gait of a robot with several contacts become faster; print it for others.
 
-    if not hidden and isinstance(gait, Gait) and (advice := faster_walks(default_engine())):
-        err.print(advice, soft_wrap=True)
-
-
-def _find_advice(gait: "AnyGait", engine: "Engine | PlanarEngine | None") -> str | None:
-    """Return how slow evaluations of a gait of a robot with several contacts become faster."""
+    Parameters
+    ----------
+    gait : Gait or PlanarGait
+    engine : Engine, PlanarEngine or None
+        The stated engine.
+    hidden : bool
+        Whether nothing is printed.
+    """
     from gaitopt.motion.planar_gait import PlanarGait
-    from gaitopt.simulation.engine_choice import choose_planar_engine, faster_planar_walks
+    from gaitopt.simulation import engine_choice
 
-    return faster_planar_walks(choose_planar_engine(engine)) if isinstance(gait, PlanarGait) else None
+    if isinstance(gait, PlanarGait):
+        return engine_choice.faster_planar_walks(engine_choice.choose_planar_engine(engine))
+    if not hidden and (advice := engine_choice.faster_walks(engine_choice.default_engine())):
+        err.print(advice, soft_wrap=True)
+    return None
 
 
 def _progress(step: TuningStep | VerificationStep) -> str:

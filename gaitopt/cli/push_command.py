@@ -122,14 +122,8 @@ def push(
             tested.find_margins(results, steps, team, hidden=json)
         tested.measure_recoveries(results, title, ball, hidden=json)
     record = RobustnessRecord(**settings, **results.parts)
-    facts = {
-        "law": title,
-        "engine": _name_engine(chosen, gait, used),
-        "radius": cycle.radius,
-        "steps": steps,
-        **endurance_facts(record),
-        "seconds": time.perf_counter() - began,
-    }
+    facts = {"law": title, "engine": _name_engine(chosen, gait, used), "radius": cycle.radius, "steps": steps}
+    facts |= {**endurance_facts(record), "seconds": time.perf_counter() - began}
     with defer_interrupt():  # a repeated one must not lose the finished kinds
         _report(record, facts, output, json=json)
     if record.missing:

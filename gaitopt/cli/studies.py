@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gaitopt.cli.progress_display import Display
+    from gaitopt.motion.contact_sequence import ContactSequence
     from gaitopt.motion.motion import Array
+    from gaitopt.motion.phase_sequence import PhaseSequence
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
@@ -76,14 +78,10 @@ def search(
     """
     from gaitopt.cli.script import load_script, optimal_problem, read_script
     from gaitopt.cli.study_output import print_ranking
-    from gaitopt.study.sequence_search.search import list_sequences
     from gaitopt.study.sequence_search.search import search as search_sequences
 
     began, problem = time.perf_counter(), optimal_problem(read_script(script, setting))
-    sequences = list_sequences(problem, max_phases)
-    if not json:
-        count = format_count(len(sequences), "contact sequence")
-        err.print(f"search of {count} of at most {format_count(max_phases, 'phase')}", soft_wrap=True)
+    sequences = _list_sequences(problem, max_phases, hidden=json)
     with (
         worker_options(workers, scheduler) as team,
         show_progress("search", hidden=json, counted="optimisations") as display,
@@ -107,6 +105,19 @@ def search(
         print_ranking(ranking)
         report_file(output)
     _exit("search", output, ranking.complete, ranking.findings[0].ranked, ranking.findings[0].reason)
+
+
+def _list_sequences(
+    problem: "GaitProblem | PlanarProblem", max_phases: int, *, hidden: bool
+) -> "tuple[ContactSequence, ...] | tuple[PhaseSequence, ...]":
+    """Return the contact sequences of a search, and print their number."""
+    from gaitopt.study.sequence_search.search import list_sequences
+
+    sequences = list_sequences(problem, max_phases)
+    if not hidden:
+        count = format_count(len(sequences), "contact sequence")
+        err.print(f"search of {count} of at most {format_count(max_phases, 'phase')}", soft_wrap=True)
+    return sequences
 
 
 def _sequence_counter(

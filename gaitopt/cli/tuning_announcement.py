@@ -1,5 +1,6 @@
 """Announcement of the cost of tuning: the evaluations of the search, and the walks of the verification."""
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,7 @@ class TuningAnnouncement:
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
         self.advice: str | None = None
+        self._evaluation = math.nan
         self._search, self._test, self._hidden = search, test, hidden
         self._walks, self._first, self._announced, self._first_evaluated = 0, 0.0, False, 0.0
 
@@ -65,11 +67,23 @@ class TuningAnnouncement:
                     self._print(describe_duration(elapsed / count, self._test.most_walks))
         elif step.number == 1:
             self._first_evaluated = time.perf_counter()
-        elif step.number == 2 and (seconds := time.perf_counter() - self._first_evaluated) >= SLOW:
-            self._print(describe_search_duration(seconds, self._search.evaluations_in_total))
-            if self.advice:
-                self._print(self.advice)
+        elif step.number == 2:
+            self._evaluation = time.perf_counter() - self._first_evaluated
+            if self._evaluation >= SLOW:
+                self._print(describe_search_duration(self._evaluation, self._search.evaluations_in_total))
+                if self.advice:
+                    self._print(self.advice)
         return step
+
+    def announce_end(self) -> None:
+        """Print after a Ctrl-C what is still computed, if it takes long."""
+        if self._walks == 0 and not self._evaluation < SLOW:
+            unknown, seconds = math.isnan(self._evaluation), 2 * self._evaluation
+            longest = "" if unknown else f", which takes at most about {_show_duration(seconds)}"
+            self._print(
+                "Interrupted: the present evaluation is completed, and the law of the best gains is assessed"
+                f"{longest}; a second Ctrl-C ends the command without a result."
+            )
 
     def _print(self, text: str) -> None:
         if not self._hidden:

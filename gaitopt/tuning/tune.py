@@ -99,10 +99,10 @@ def tune_feedback(
     objective, start_time = objective or SpectralRadius(), time.perf_counter()
     gain_search = GainSearch(gait, robot, family, objective, tuple(frictions), engine, observer)
     with hold_interrupt() as interrupt:  # the best gains are kept
+        radius_before = _open_loop(gait, engine)  # before the search, so that it ends soon after an interrupt
         best = gain_search.search(search, interrupt)
         seconds = time.perf_counter() - start_time
         law, cycle = _closed_loop_gait(gait, family, best, engine)
-        radius_before = _open_loop(gait, engine)
         verified = _verify_tuning(gait, law, cycle, test or PushTest(), engine, (observer, interrupt))
     return Tuning(
         law=law,

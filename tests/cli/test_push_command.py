@@ -194,8 +194,8 @@ def test_a_kind_that_does_not_apply_is_rejected(command, slip_file):
 
 
 def test_a_dead_beat_law_has_a_radius_below_a_bound(command, slip_file, monkeypatch):
-    def assess(*arguments):
-        cycle = assess_stability(*arguments)
+    def assess(*arguments, **options):
+        cycle = assess_stability(*arguments, **options)
         return dataclasses.replace(cycle, multipliers=1e-7 * cycle.multipliers)
 
     monkeypatch.setattr("gaitopt.stability.assessment.assess_stability", assess)

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 import shutil
+import signal
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from gaitopt.cli.tuning_announcement import (
     describe_search_duration,
     describe_verification,
 )
+from gaitopt.interrupts import hold_interrupt, record_interrupts
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.simulation.engine_choice import faster_planar_walks, planar_engine_named
 from gaitopt.stability.recovery import Recovery
@@ -80,6 +82,24 @@ def test_a_slow_search_with_scipy_is_advised_to_use_heyoka(monkeypatch):
         announcement.time_step(TuningStep(number, 0.5, 0.5))
     assert printed == [describe_search_duration(20.0, 129), announcement.advice]
     assert "--engine heyoka" in announcement.advice
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(None, "assessed;"), (20.0, "takes at most about 40 s;"), (0.1, "")])
+def test_an_interrupt_of_a_slow_search_announces_its_end(monkeypatch, seconds, text):
+    printed, times = [], iter([100.0, 100.0 + (seconds or 0)])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    for number in (1, 2) if seconds else (1,):
+        announcement.time_step(TuningStep(number, 0.5, 0.5))
+    printed.clear()
+    with record_interrupts() as interrupt, hold_interrupt() as held:
+        interrupt.announce = announcement.announce_end
+        signal.raise_signal(signal.SIGINT)
+        assert held.received
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert [text in line for line in printed] == [True] * bool(text)
 
 
 def test_a_slow_first_evaluation_with_fast_ones_after_it_announces_no_duration(monkeypatch):
