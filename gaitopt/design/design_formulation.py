@@ -104,7 +104,7 @@ def formulate_family(family: "Family") -> Formulation:
       targets      speed L/T = 0.7 m/s
     """
     first, *others = [_formulate_member(problem, number) for number, problem in enumerate(family.problems, start=1)]
-    lines = [_formulate_costs(family), *_formulate_shared(family)]
+    lines = [_formulate_costs(family), *_formulate_shared_quantities(family)]
     lines += [_words("gait 1", str(family.problems[0].sequence)), *first]
     for number, formulas in enumerate(others, start=2):
         missing = [each.label for each in first if each.label not in {other.label for other in formulas}]
@@ -137,7 +137,7 @@ def _formulate_costs(family: "Family") -> Formula:
     return Formula(OBJECTIVE, " + ".join(texts), " + ".join(symbols))
 
 
-def _formulate_shared(family: "Family") -> tuple[Formula, ...]:
+def _formulate_shared_quantities(family: "Family") -> tuple[Formula, ...]:
     """Return the free parameters with their bounds and the other quantities that all gaits of a family share."""
     problem = family.problems[0]
     units = {each.name: each.unit for each in problem.robot.parameters}
