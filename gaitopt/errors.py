@@ -36,7 +36,17 @@ class SequenceError(InputError):
 
 
 class NoGaitError(InputError):
-    """No gait was found that a method needs as its start; the input itself is valid.  Commands exit with status 1."""
+    """No gait was found that a method needs as its start; the input itself is valid.  Commands exit with status 1.
+
+    Attributes
+    ----------
+    gait : Gait or None
+        Result of the failed solve, for a file; None if there is none.
+    """
+
+    def __init__(self, message: str, gait: object = None) -> None:
+        super().__init__(message)
+        self.gait = gait
 
 
 class ArchiveError(GaitoptError):

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 LAW_VALUES = f"{', '.join(LAWS)}, feedforward, or SCRIPT.py:FUNCTION"
 
+NOT_SOLVED = "not all gaits are solved and verified; nothing was written"
+
 BOUND_TOLERANCE = 1e-6
 """Distance from a bound, relative to the range of a parameter, at which the parameter is at its bound."""
 
@@ -88,13 +90,18 @@ def design(
         for path in written:
             report_file(path)
         if not ok:
-            out.print("not all gaits are solved and verified; nothing was written")
+            out.print(f"{NOT_SOLVED}: to repeat the design, keep {source.record().command_text}", soft_wrap=True)
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
     if not ok:
-        failed = next((gait.status for gait in result.gaits if not gait.status.ok), result.status)
-        print_reason(f"{failed.key}: {failed.hint}")
+        _print_status(result)
     raise typer.Exit(0 if ok else 1)
+
+
+def _print_status(result: "FamilyGaits") -> None:
+    """Print the status of the first gait that is not solved."""
+    failed = next((gait.status for gait in result.gaits if not gait.status.ok), result.status)
+    print_reason(f"{failed.key}: {failed.hint}")
 
 
 def _add_record(stated: Any, record: "ScriptRecord") -> Any:

@@ -11,9 +11,12 @@ from gaitopt.cli.output import out, print_json, print_reason, report_file
 from gaitopt.cli.output_files import create_folder
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.dataclass import dataclass
+from gaitopt.errors import NoGaitError
+from gaitopt.motion.gait import Gait
 from gaitopt.motion.printable import format_count
 
 if TYPE_CHECKING:
+    from gaitopt.cli.failed_solve import FailureFile
     from gaitopt.design.robust_plan import RobustPlan
     from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.design.scenario_test import ScenarioTest
@@ -118,7 +121,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
             for path in _paths(folder, name):
                 check_writable(path)
         with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
-            plan = stated.solve()
+            plan = _solve(stated, _paths(folder, names[1])[0])
             display.describe(f"{stated.name}: test in {count} unseen scenarios")
             tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
         files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
@@ -130,6 +133,31 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
     if not result.passed:
         print_reason(result.headline)
     raise typer.Exit(0 if result.passed else 1)
+
+
+def _solve(stated: "RobustProblem", failure: Path) -> "RobustPlan":
+    """Return the plan; if a gait does not exist, its failed solve is written and the error names the file."""
+    try:
+        return stated.solve()
+    except NoGaitError as error:
+        if not isinstance(error.gait, Gait):
+            raise
+        from gaitopt.cli.failed_solve import write_failure
+
+        file = _describe_failure(write_failure(error.gait, stated.problem, failure))
+        script = "the script" if stated.problem.script is None else stated.problem.script.command_text
+        raise NoGaitError(
+            f"{error} {file} The scenarios are in no file: to repeat the design, keep {script}."
+        ) from None
+
+
+def _describe_failure(failure: "FailureFile") -> str:
+    """Return a sentence on the file of a failed solve."""
+    if failure.path is None:
+        return f"Nothing was written: {failure.reason}."
+    if failure.reason:
+        return f"Wrote {failure.path} with the last iterate; its solve cannot be repeated: {failure.reason}."
+    return f"Wrote {failure.path}; to repeat this solve: gaitopt solve {failure.path}."
 
 
 def _paths(folder: Path, name: str) -> tuple[Path, Path]:

@@ -105,6 +105,15 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
     ScriptError
         If it raises an exception while it is loaded; the message names the line.
     """
+    module = run_module(path, function)
+    loaded = getattr(module, function, None)
+    if not callable(loaded):
+        raise InputError(_missing_function(path, function, module))
+    return loaded
+
+
+def run_module(path: Path, function: str = "problem") -> types.ModuleType:
+    """Return the module of a script, whose function is named in errors, as those of :func:`load_script`."""
     if not path.is_file():
         kind = function if function in ("problem", "study") else "law"
         raise InputError(f"There is no {kind} script {path}. {_nearest_script(path)}")
@@ -117,10 +126,7 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
     sys.modules[name] = module  # dataclasses look up their module
     with _running(path):
         loader.exec_module(module)
-    loaded = getattr(module, function, None)
-    if not callable(loaded):
-        raise InputError(_missing_function(path, function, module))
-    return loaded
+    return module
 
 
 def _missing_function(path: Path, function: str, module: types.ModuleType) -> str:

@@ -22,7 +22,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.walk_script import explain_robot_alone, refuse_walk_script
+from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
@@ -281,6 +281,9 @@ def show(
 ) -> None:
     """Show the contents of a result file of any kind as a table, or the problem of a script in mathematical notation.
 
+    For a script that assigns a robot to a variable and has no problem(), or whose problem() returns a robot, its
+    coordinates, equations of motion, contact law and parameters are shown.
+
     Example: gaitopt show compass_slip.h5 --json
 
     Example: gaitopt show problems/compass_slip.py --set friction=0.2
@@ -301,23 +304,28 @@ def show(
 
 
 def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> None:
-    """Print the problem that a script states: the optimal-control problem, or the robot of a walk."""
-    from gaitopt.cli.script import read_script
+    """Print the problem that a script states, or the robot of a walk or of a script without a problem."""
+    from gaitopt.cli.walk_script import describe_robot, read_problem_or_robot
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.robot import Robot
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
-    problem = read_script(script, settings)()
-    if isinstance(problem, GaitProblem | PlanarProblem):
+    problem = read_problem_or_robot(script, settings)
+    if isinstance(problem, GaitProblem | PlanarProblem | Family | RobustProblem):
         facts = problem.describe()
+    elif isinstance(problem, Robot | PlanarRobot):
+        facts = describe_robot(problem)
     elif isinstance(problem, WalkProblem | PlanarWalkProblem):
         facts = {"name": problem.name, "robot": problem.robot.name, **problem.parameters}
     else:
         raise InputError(
-            "'gaitopt show' shows a GaitProblem, PlanarProblem, WalkProblem or PlanarWalkProblem; "
-            f"problem() of {script} returned {type(problem).__name__}. "
-            f"{explain_robot_alone({'problem': problem})}".rstrip()
+            "'gaitopt show' shows a GaitProblem, PlanarProblem, WalkProblem, PlanarWalkProblem, Family, RobustProblem "
+            f"or a robot; problem() of {script} returned {type(problem).__name__}."
         )
     if json:
         print_json(facts | {"file": str(script)})

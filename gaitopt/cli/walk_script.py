@@ -1,11 +1,17 @@
 """Scripts with a periodic walk in place of a result, or with a robot or a law alone: which commands are needed."""
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError
+
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.robot import Robot
+
+    AnyRobot = Robot | PlanarRobot
 
 
 def name_walk_commands(script: Path) -> str:
@@ -52,6 +58,53 @@ def refuse_walk_script(file: Path) -> None:
         )
 
 
+def read_problem_or_robot(script: Path, settings: Sequence[str] | None) -> object:
+    """Return what problem() of a script returns, or the robot of a script that has no problem().
+
+    Raises
+    ------
+    InputError
+        If the script has neither, or settings are stated for a robot without problem().
+    """
+    from gaitopt.cli.script import read_script, run_module
+
+    module = run_module(script)
+    robot = None if hasattr(module, "problem") or hasattr(module, "study") else find_robot(vars(module))
+    if robot is None:
+        return read_script(script, settings)()
+    if settings:
+        raise InputError(f"--set changes a parameter of problem(), which {script} does not define.")
+    return robot
+
+
+def find_robot(module: Mapping[str, object]) -> "AnyRobot | None":
+    """Return the first robot among the variables of a script; None without any."""
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.robot import Robot
+
+    return next((value for value in module.values() if isinstance(value, Robot | PlanarRobot)), None)
+
+
+def describe_robot(robot: "AnyRobot") -> dict[str, Any]:
+    """Return coordinates, actuators and parameters of a robot as plain data (SI units, angles in rad).
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> describe_robot(compass_biped())["coordinates"]
+    ['x', 'y', 'th1', 'th2']
+    """
+    from gaitopt.model.robot import Robot
+
+    return {
+        "name": robot.name,
+        "robot": robot.name,
+        "coordinates": list(("x", "y", *robot.angles) if isinstance(robot, Robot) else robot.coordinates),
+        "actuators": list(robot.actuators),
+        "parameters": {each.name: each.default for each in robot.parameters},
+    }
+
+
 def explain_robot_alone(module: Mapping[str, object]) -> str:
     """Return which problem a script with a robot and without a problem needs; empty if it has no robot.
 
@@ -66,10 +119,9 @@ def explain_robot_alone(module: Mapping[str, object]) -> str:
     >>> explain_robot_alone({"walker": compass_biped()})[:90]
     "Robot 'compass_biped' is not a problem: problem() must return a WalkProblem(robot=...) for"
     """
-    from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
 
-    robot = next((value for value in module.values() if isinstance(value, Robot | PlanarRobot)), None)
+    robot = find_robot(module)
     if robot is None:
         return ""
     if isinstance(robot, Robot):

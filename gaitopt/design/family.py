@@ -1,7 +1,7 @@
 """Family: several gait problems whose free parameters, torques or gains have the same values in all gaits."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -96,6 +96,29 @@ class Family:
         object.__setattr__(self, "problems", problems)
         object.__setattr__(self, "shared", shared)
         object.__setattr__(self, "weights", self._normalise_weights(len(problems)))
+
+    def __str__(self) -> str:
+        from gaitopt.design.design_formulation import formulate_family
+
+        return str(formulate_family(self))
+
+    def _repr_latex_(self) -> str:
+        from gaitopt.design.design_formulation import formulate_family
+
+        return formulate_family(self).latex
+
+    def describe(self) -> dict[str, Any]:
+        """Return weights, shared quantities and gait problems as plain data (SI units, angles in rad)."""
+        first = self.problems[0]
+        return {
+            "name": self.name,
+            "kind": "family",
+            "worst_case": self.worst_case,
+            "weights": list(self.weights or ()),
+            "free": {name: list(ends) for name, ends in first.free_ranges.items()},
+            "shared": list(self.shared),
+            "gaits": [problem.describe() for problem in self.problems],
+        }
 
     def _normalise_weights(self, count: int) -> tuple[float, ...]:
         try:

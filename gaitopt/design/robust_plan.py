@@ -286,7 +286,7 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
             raise KeyboardInterrupt
     solved = [gait for gait in candidates if gait.status.ok]
     if not solved:
-        raise NoGaitError(f"No gait was found at friction {lowest:g}: {_reason(candidates[0])}")
+        raise NoGaitError(f"No gait was found at friction {lowest:g}: {_reason(candidates[0])}", candidates[0])
     return verify(min(solved, key=lambda gait: gait.solver.objective)).require()
 
 

@@ -1,5 +1,10 @@
 """RobustProblem: a gait problem, the scenarios that its gait must survive, and the law of the walks."""
 
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+
 from gaitopt.arguments import check_arguments
 from gaitopt.dataclass import dataclass
 from gaitopt.design.law_choice import LawChoice, check_law_choice
@@ -62,6 +67,32 @@ class RobustProblem:
         check_type("scenarios", self.scenarios, Scenarios, "Scenarios(ranges={'friction': (0.1, 0.2)})")
         self.scenarios.check_problem(self.problem)
         check_law_choice(self.law)
+
+    def __str__(self) -> str:
+        from gaitopt.design.design_formulation import formulate_robust_problem
+
+        return str(formulate_robust_problem(self))
+
+    def _repr_latex_(self) -> str:
+        from gaitopt.design.design_formulation import formulate_robust_problem
+
+        return formulate_robust_problem(self).latex
+
+    def describe(self) -> dict[str, Any]:
+        """Return the nominal problem, the scenarios and the law as plain data (SI units, angles in rad)."""
+        from gaitopt.design.design_formulation import name_law
+
+        scenarios = attrs.asdict(self.scenarios)
+        scenarios["ranges"] = {name: list(pair) for name, pair in self.scenarios.ranges.items()}
+        limit = dict(self.torque_limit) if isinstance(self.torque_limit, Mapping) else self.torque_limit
+        return {
+            "name": self.name,
+            "kind": "robust problem",
+            "law": name_law(self.law),
+            "torque_limit": limit,
+            "scenarios": scenarios | {"candidates": len(self.scenarios.candidates())},
+            "nominal": self.problem.describe(),
+        }
 
     @property
     def name(self) -> str:

@@ -121,7 +121,7 @@ MONOPOD = "from gaitopt.model import monopod\n\nrobot = monopod()\n"
 
 
 @pytest.mark.parametrize("text", [MONOPOD, f"{MONOPOD}\n\ndef problem():\n    return robot\n"])
-@pytest.mark.parametrize("verb", ["solve", "stability", "show"])
+@pytest.mark.parametrize("verb", ["solve", "stability"])
 def test_a_robot_alone_is_to_become_a_problem(command, script, folder, verb, text):
     run = refused(
         command(verb, script(text)), folder, ["own.py"], said="Robot 'monopod' is not a problem: problem() must"

@@ -108,7 +108,7 @@ def test_an_interrupted_solve_ends_with_status_130(command, script, folder, monk
 def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     run = command("design", script(SCRIPT), "--set", "torque=0.1")
     assert run.status == 1
-    assert "nothing was written" in run.out
+    assert "nothing was written: to repeat the design, keep own.py --set torque=0.1" in run.out
     assert not (folder / "own").exists()
     (folder / "own").mkdir()
     assert command("design", script(SCRIPT), "--set", "torque=0.1").status == 1
@@ -232,7 +232,11 @@ def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(co
     assert "No gait was found at friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
-    assert not (folder / "own").exists()
+    assert "to repeat the design, keep own.py --set friction=0.02." in " ".join(run.err.split())
+    assert [path.name for path in (folder / "own").iterdir()] == ["own_failed.h5"]
+    again = command("solve", folder / "own" / "own_failed.h5", "--json")
+    assert (again.status, again.json["status"]) == (1, "infeasible")
+    assert again.json["conflicts"]
 
 
 def test_a_nominal_friction_outside_its_range_is_refused(command, script):

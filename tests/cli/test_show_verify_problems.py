@@ -36,6 +36,68 @@ def test_show_states_the_problem_of_a_script(command, root):
     assert (walk.status, walk.json["robot"]) == (0, "kneed_walker")
 
 
+@pytest.mark.parametrize("text", ["walker = {}()\n", "def problem():\n    return {}()\n"])
+def test_show_prints_the_robot_of_a_script_without_a_problem(command, script, text):
+    for module, robot, coordinates in (
+        ("gaitopt", "compass_biped", ["x", "y", "th1", "th2"]),
+        ("gaitopt.model", "vertical_hopper", ["body", "foot"]),
+    ):
+        path = script(f"from {module} import {robot}\n\n{text.format(robot)}")
+        shown = command("show", path)
+        assert (shown.status, shown.out.splitlines()[0]) == (0, f"Robot {robot}"), shown.err
+        assert "M(q) dv/dt + h(q, v) =" in shown.out
+        data = command("show", path, "--json").json
+        assert (data["robot"], data["coordinates"]) == (robot, coordinates)
+        assert data["parameters"]["gravity"] > 9
+        assert command("show", path, "--set", "gravity=1").status == 2
+
+
+ROBUST = """
+from gaitopt import Family, GaitProblem, Limits, Scenarios, compass_biped
+from gaitopt.design import RobustProblem
+
+
+def problem(low=0.15, family=False):
+    gait = GaitProblem(robot=compass_biped(), sequence="stick | stick", friction=0.2, speed=0.6,
+                       limits=Limits(torque=6), free={"hip_mass": (1, 3)} if family else {})
+    if family:
+        return Family([gait, gait.replace(speed=0.7, limits=Limits())], worst_case=True, name="speeds")
+    return RobustProblem(gait, Scenarios(ranges={"friction": (low, 0.25)}, push=0.05), law="lqr")
+"""
+
+
+def test_show_states_a_robust_problem_with_its_scenarios(command, script):
+    shown = command("show", script(ROBUST), "--set", "low=0.1")
+    assert shown.status == 0, shown.err
+    for text in (
+        "Robust gait of compass_biped",
+        "μ = 0.2",
+        "the law lqr",
+        "0.1 ≤ friction ≤ 0.25, 5 values",
+        "|δ| ≤ 0.05 rad/s, 2 pushes",
+        "15 candidate scenarios",
+        "minimise",
+    ):
+        assert text in shown.out
+    data = command("show", "own.py", "--json").json
+    assert (data["kind"], data["law"], data["scenarios"]["candidates"]) == ("robust problem", "lqr", 15)
+    assert (data["scenarios"]["ranges"], data["nominal"]["friction"]) == ({"friction": [0.15, 0.25]}, 0.2)
+
+
+def test_show_states_a_family_with_what_its_gaits_share_and_how_they_differ(command, script):
+    shown = command("show", script(ROBUST), "--set", "family=True")
+    assert shown.status == 0, shown.err
+    lines = [line.strip() for line in shown.out.splitlines()]
+    assert lines[0] == "Family 'speeds' of 2 gaits of compass_biped"
+    assert lines[1].endswith("max(0.5 J1, 0.5 J2)")
+    assert lines[2].endswith("1 ≤ hip_mass ≤ 3 kg")
+    assert lines[-3].endswith("stick | stick, otherwise as gait 1, without limits, with")
+    assert lines[-1].endswith("speed L/T = 0.7 m/s")
+    data = command("show", "own.py", "--set", "family=True", "--json").json
+    assert (data["kind"], data["worst_case"], data["weights"]) == ("family", True, [0.5, 0.5])
+    assert [gait["speed"] for gait in data["gaits"]] == [0.6, 0.7]
+
+
 def test_show_rejects_settings_of_a_file(command, slip_file):
     run = command("show", slip_file, "--set", "friction=0.2")
     assert run.status == 2
