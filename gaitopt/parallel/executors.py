@@ -157,9 +157,10 @@ class LocalProcesses(TaskExecutor):
         """
         queue = getattr(self._pool, "_call_queue", None)
         self._pool.shutdown(kill_workers=kill)
-        if kill and queue is not None:
-            queue._reader.close()  # the thread ends with an error, which loky ignores
-            if (feeder := getattr(queue, "_thread", None)) is not None:
+        reader, feeder = getattr(queue, "_reader", None), getattr(queue, "_thread", None)
+        if kill and reader is not None:
+            reader.close()  # the thread ends with an error, which loky ignores
+            if feeder is not None:
                 feeder.join(FEEDER_TIMEOUT)
 
     def _start_pool(self) -> "ProcessPoolExecutor":
