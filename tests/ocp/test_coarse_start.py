@@ -6,7 +6,7 @@ import pytest
 
 from gaitopt import solve, verify
 from gaitopt.ocp import Collocation
-from gaitopt.ocp.multicontact import planar_solver
+from gaitopt.ocp.multicontact import planar_refinement
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.status import Status
 from tests.walkers.heel_toe import HEAVY, heel_toe_step
@@ -73,6 +73,6 @@ def test_the_predicted_error_of_a_replay_is_that_of_the_simulator(results):
 
 
 def test_a_plan_that_cannot_be_refined_names_the_magnification(monkeypatch):
-    monkeypatch.setattr(planar_solver, "MOST_FOR_REPLAY", 0)
+    monkeypatch.setattr(planar_refinement, "MOST_FOR_REPLAY", 0)
     gait = solve(heel_toe_step(0.05, intervals=6, build=HEAVY))
     assert any("magnifies the error between nodes of 4.3e-08 by a factor of 7e+01" in w for w in gait.solver.warnings)
