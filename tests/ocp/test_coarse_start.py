@@ -6,7 +6,7 @@ import pytest
 
 from gaitopt import solve, verify
 from gaitopt.ocp import Collocation
-from gaitopt.ocp.multicontact import planar_refinement
+from gaitopt.ocp.multicontact import planar_refinement, planar_solver
 from gaitopt.ocp.multicontact.grid_result import GridResult
 from gaitopt.status import Status
 from tests.walkers.heel_toe import HEAVY, heel_toe_step
