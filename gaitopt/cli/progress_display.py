@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -99,6 +99,17 @@ def show_progress(text: str, *, hidden: bool, counted: str = "", longest: float 
         finally:
             finished.set()
             writer.join()
+
+
+def estimate_remaining_time(display: Display) -> Callable[[int, int], None]:
+    """Return a function that shows how much is done, and the time that the rest takes at the same rate from now on."""
+    began = time.perf_counter()
+
+    def count(done: int, total: int) -> None:
+        seconds = (time.perf_counter() - began) / done * (total - done)
+        display.count(done, total, f"(about {seconds:.0f} s left)" if done < total else "")
+
+    return count
 
 
 def _make_bar(counted: bool) -> "Progress":
