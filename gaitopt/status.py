@@ -104,6 +104,7 @@ class Stop(Enum):
     )
     UNEVEN = "A rigid foot would stand on ground of two different heights, so the simulation ended."
     JAM = "The sliding contacts jam: their slip is not well posed, so the simulation ended."
+    INTERRUPTED = "The simulation was interrupted; the motion ends with the last event before."
 
     @property
     def key(self) -> str:

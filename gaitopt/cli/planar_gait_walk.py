@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
-    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, StepObserver
     from gaitopt.simulation.planar_simulation.planar_state import PlanarState
     from gaitopt.status import Stop
 
@@ -53,6 +53,7 @@ def simulate_planar_gait(
     steps: int,
     terrain: "Terrain | None" = None,
     engine: "PlanarEngine",
+    observer: "StepObserver",
 ) -> "PlanarRollout":
     """Return the simulation of some steps from the planned state under a law.
 
@@ -70,6 +71,8 @@ def simulate_planar_gait(
     terrain : Terrain, optional
         The ground on which the walk is simulated; the gait is that on plane ground.
     engine : PlanarEngine
+    observer : callable
+        Called with (steps done, steps in all).
 
     Raises
     ------
@@ -83,30 +86,38 @@ def simulate_planar_gait(
     if changes:
         y = _change_start(gait, law, y, changes)
     automaton = PlanarAutomaton(gait.robot, values, law, terrain, engine=engine)
-    return follow_steps(automaton, automaton.begin(y[:n], y[n:]), law.section, gait.period, steps)
+    return follow_steps(automaton, automaton.begin(y[:n], y[n:]), (law.section, gait.period), steps, observer)
 
 
 def follow_steps(
-    automaton: "PlanarAutomaton", state: "PlanarState | Stop", section: str, period: float, steps: int
+    automaton: "PlanarAutomaton",
+    state: "PlanarState | Stop",
+    gait: tuple[str, float],
+    steps: int,
+    observer: "StepObserver",
 ) -> "PlanarRollout":
     """Return the simulation of some steps from a state, which ends right after the last one or if they take too long.
+
+    At Ctrl-C it ends with the last event.
 
     Parameters
     ----------
     automaton : PlanarAutomaton
     state : PlanarState or Stop
-    section : str
-        Event that ends the first step; the event of the other leg ends the second one, and so on.
-    period : float [s]
-        Period of the gait near which the robot walks.
+    gait : (str, float)
+        Event that ends the first step (the event of the other leg ends the second one, and so on), and the period of
+        the gait near which the robot walks [s].
     steps : int
+    observer : callable
+        Called with (steps done, steps in all).
     """
     from gaitopt.simulation.planar_simulation.planar_simulator import follow
     from gaitopt.simulation.planar_simulation.planar_walker import LONGEST, MOST_EVENTS
     from gaitopt.status import Stop
 
+    section, period = gait
     most: dict[str, Any] = {"duration": steps * LONGEST * period, "most_events": steps * MOST_EVENTS}
-    walk = follow(automaton, state, until=section, steps=steps, **most)
+    walk = follow(automaton, state, until=section, steps=steps, observer=observer, **most)
     ends = {Stop.EVENT_REACHED: Stop.STEPS_DONE, Stop.DURATION_DONE: Stop.NO_TOUCHDOWN}
     return replace(walk, stop=ends.get(walk.stop, walk.stop))
 

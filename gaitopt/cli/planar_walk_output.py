@@ -16,7 +16,7 @@ from gaitopt.motion.planar_steps import number_steps
 
 if TYPE_CHECKING:
     from gaitopt.model.terrain import Terrain
-    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout
+    from gaitopt.simulation.planar_simulation.planar_simulator import PlanarRollout, StepObserver
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
 STARTS = 8
@@ -30,6 +30,7 @@ def simulate_planar_walk(
     steps: int,
     engine: str,
     terrain: "Terrain | None" = None,
+    observer: "StepObserver" = lambda done, total: None,
 ) -> "PlanarRollout":
     """Return the simulation of some periods from the first periodic gait, with some coordinates or rates changed.
 
@@ -43,6 +44,8 @@ def simulate_planar_walk(
     engine : str
     terrain : Terrain, optional
         The ground on which the walk is simulated; the gait is that on a plane.
+    observer : callable
+        Called with (steps done, steps in all).
 
     Raises
     ------
@@ -72,7 +75,8 @@ def simulate_planar_walk(
         q, v = place_planar(robot, coordinates, rates, ground, on=feet)
     latched = tuple(name for name, mode in modes if mode is Mode.LATCHED)
     automaton = PlanarAutomaton(robot, problem.parameters, problem.torque, terrain, engine=chosen)
-    return follow_steps(automaton, automaton.begin(q, v, latched=latched), problem.section, cycle.period, steps)
+    start, gait = automaton.begin(q, v, latched=latched), (problem.section, cycle.period)
+    return follow_steps(automaton, start, gait, steps, observer)
 
 
 def _is_stated(problem: "PlanarWalkProblem", changes: dict[str, float], name: str) -> bool:

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -30,13 +30,14 @@ class Display:
 
     Attributes
     ----------
-    active : str
-        The tasks under way, in words; empty if they are not known.
+    detail : callable
+        Returns the progress of a task under way, by its name; empty if it is not known.
     """
 
     def __init__(self, text: str, progress: "Progress | None" = None, unit: str = "") -> None:
         self._text, self._count, self._progress, self._unit = text, "", progress, unit
-        self.active = ""
+        self._names = tuple[str, ...]()
+        self.detail: Callable[[str], str] = _no_detail
         self._task = None if progress is None else progress.add_task(text, total=None, count="")
 
     @property
@@ -46,7 +47,7 @@ class Display:
 
     def describe(self, text: str) -> None:
         """Show another text, and neither a count nor tasks under way."""
-        self._text, self._count, self.active = text, "", ""
+        self._text, self._count, self._names = text, "", ()
         if self._progress is not None and self._task is not None:
             self._progress.update(self._task, description=text, total=None, count="")
 
@@ -58,7 +59,19 @@ class Display:
 
     def show_active(self, names: tuple[str, ...]) -> None:
         """Show the names of the tasks under way."""
-        self.active = f"under way: {'; '.join(names)}" if names else ""
+        self._names = names
+
+    @property
+    def active(self) -> str:
+        """The tasks under way with their progress, in words; empty if they are not known."""
+        details = [(name, self.detail(name)) for name in self._names]
+        shown = [f"{name} ({detail})" if detail else name for name, detail in details]
+        return f"under way: {'; '.join(shown)}" if shown else ""
+
+
+def _no_detail(name: str) -> str:
+    """Return no progress of a task."""
+    return ""
 
 
 @contextmanager
@@ -101,6 +114,17 @@ def show_progress(text: str, *, hidden: bool, counted: str = "", longest: float 
             writer.join()
 
 
+def estimate_remaining_time(display: Display) -> Callable[[int, int], None]:
+    """Return a function that shows how much is done, and the time that the rest takes at the same rate from now on."""
+    began = time.perf_counter()
+
+    def count(done: int, total: int) -> None:
+        seconds = (time.perf_counter() - began) / done * (total - done)
+        display.count(done, total, f"(about {seconds:.0f} s left)" if done < total else "")
+
+    return count
+
+
 def _make_bar(counted: bool) -> "Progress":
     """Return the live line of a terminal, with a bar if work is counted."""
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -116,7 +140,8 @@ def _render(progress: "Progress", display: Display) -> "RenderableType":
     from rich.console import Group
     from rich.text import Text
 
-    below = [Text(f"  {display.active}", style="dim", no_wrap=True, overflow="ellipsis")] if display.active else []
+    active = display.active
+    below = [Text(f"  {active}", style="dim", no_wrap=True, overflow="ellipsis")] if active else []
     return Group(progress.get_renderable(), *below)
 
 
@@ -125,5 +150,5 @@ def _write_lines(display: Display, finished: threading.Event, longest: float) ->
     began, wait = time.perf_counter(), min(FIRST, longest)
     while not finished.wait(wait):
         wait = min(2 * wait, longest)
-        active = f", {display.active}" if display.active else ""
+        active = f", {text}" if (text := display.active) else ""
         err.print(f"{display.line} ({time.perf_counter() - began:.0f} s){active}", soft_wrap=True)

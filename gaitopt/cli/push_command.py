@@ -3,6 +3,7 @@
 import contextlib
 import math
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from gaitopt.stability.cycle import Cycle
     from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
     from gaitopt.stability.recovery import PushTest, Recovery
+    from gaitopt.study.robustness.margin_log import UnfinishedMargin
     from gaitopt.study.robustness.robustness_margins import RobustnessMargins
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
 
@@ -124,8 +126,11 @@ def push(
     record = RobustnessRecord(**settings, **results.parts)
     facts = {"law": title, "engine": _name_engine(chosen, gait, used), "radius": cycle.radius, "steps": steps}
     facts |= {**endurance_facts(record), "seconds": time.perf_counter() - began}
+    facts |= {"unfinished": [found._asdict() for found in results.unfinished]} if record.missing else {}
     with defer_interrupt():  # a repeated one must not lose the finished kinds
         _report(record, facts, output, json=json)
+        for found in results.unfinished:
+            err.print(f"Incomplete: {found}.", soft_wrap=True)
     if record.missing:
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
 
@@ -157,11 +162,14 @@ class _Results:
         By their kinds.
     recoveries : dict of str to (Recovery or None)
         By the names of the laws; empty until all are measured.
+    unfinished : list of UnfinishedMargin
+        What the searches that an interrupt ended had found until then.
     """
 
     kinds: tuple[str, ...]
     margins: "dict[str, RobustnessMargins]" = field(default_factory=dict)
     recoveries: "dict[str, Recovery | None]" = field(default_factory=dict)
+    unfinished: "list[UnfinishedMargin]" = field(default_factory=list)
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -181,7 +189,7 @@ class _Results:
         try:
             yield
         except KeyboardInterrupt:
-            if not (self.margins or self.recoveries):
+            if not (self.margins or self.recoveries or self.unfinished):
                 raise
 
 
@@ -197,12 +205,18 @@ class _ControlledGait:
 
     def find_margins(self, results: _Results, steps: int, team: WorkerOptions, *, hidden: bool) -> None:
         """Add the largest disturbance survived of each kind to the results."""
+        from gaitopt.study.robustness.margin_log import read_margin_log
         from gaitopt.study.robustness.robustness_margins import WalkTest, iterate_margins
 
         kinds = [kind for kind in results.missing if kind != RECOVERY]
         if not kinds:
             return
-        with show_progress("push test", hidden=hidden, counted="kinds of disturbances") as display:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            show_progress("push test", hidden=hidden, counted="kinds of disturbances") as display,
+        ):
+            log = Path(folder)
+            display.detail = lambda kind: "" if (found := read_margin_log(log, kind)) is None else found.progress
             margins = iterate_margins(
                 self.gait.robot,
                 self.law,
@@ -212,10 +226,16 @@ class _ControlledGait:
                 engine=self.engine,
                 execution=team.execution(display.count, active_observer=display.show_active),
                 kinds=kinds,
+                log=log,
             )
-            with contextlib.closing(margins):  # an interrupt also ends the workers
-                for margin in margins:
-                    results.margins[margin.kind] = margin
+            try:
+                with contextlib.closing(margins):  # an interrupt also ends the workers
+                    for margin in margins:
+                        results.margins[margin.kind] = margin
+            except KeyboardInterrupt:
+                logs = [read_margin_log(log, kind) for kind in results.missing]
+                results.unfinished += [found for found in logs if found is not None]
+                raise
 
     def measure_recoveries(self, results: _Results, title: str, ball: float, *, hidden: bool) -> None:
         """Add the recovery from a ball of pushes under the law and in open loop; None without a periodic gait."""

@@ -1,8 +1,9 @@
 """Commands on walks: stability, simulate."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import numpy as np
 import typer
@@ -29,14 +30,15 @@ from gaitopt.cli.options import (
     Verbose,
     WalkSetting,
 )
-from gaitopt.cli.output import err, print_json, print_reason, report_file
-from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.output import INTERRUPTED, err, print_json, print_reason, report_file
+from gaitopt.cli.progress_display import estimate_remaining_time, show_progress
 from gaitopt.cli.settings import read_numbers, read_terrain
 from gaitopt.errors import InputError
 
 if TYPE_CHECKING:
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_law_option import PlanarLawOption
+    from gaitopt.cli.progress_display import Display
     from gaitopt.cli.walk_file import WalkFile
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.terrain import Terrain
@@ -140,7 +142,8 @@ def simulate(
     a table (.csv), a figure (.png, .pdf, .svg) or an animation (.gif, .mp4).  --rise and --patch change the ground
     under such a robot; positions are measured along the ground in the coordinates of the robot.
 
-    Exit status 0 if all steps were completed, 1 if the walk ended earlier.
+    Exit status 0 if all steps were completed, 1 if the walk ended earlier. Ctrl-C ends the walk of a robot with several
+    contacts, which is reported until its last event, with exit status 130.
 
     Example: gaitopt simulate problems/compass_passive.py --state th1_rate=0.8 --steps 20 -o walk.csv
     """
@@ -153,9 +156,9 @@ def simulate(
     saved = source.suffix != ".py"
     settings, changes = ([], read_numbers(setting, "--set")) if saved else (setting or [], {})
     request = Request(source=source, settings=settings, script=problem, engine=engine, feedback=feedback)
-    with show_progress("simulating", hidden=json):
+    with show_progress("simulating", hidden=json, counted="steps") as display:
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
-        planar = _planar_walk(request, option, state, steps, read_terrain(rise, patch), changes)
+        planar = _planar_walk(request, option, state, (steps, display), read_terrain(rise, patch), changes)
     title = _title_walk(request, law_title(law, stance_angle))
     if planar is not None:
         _end_planar_walk(planar, title, file, engine=engine, json=json)
@@ -201,6 +204,9 @@ def _end_planar_walk(planar: "PlanarWalk", name: str, file: "WalkFile", *, engin
     walk, section, robot = planar
     written = file.write(walk.motion, name, section, robot)
     report_planar_walk(walk, section, written, engine=planar_engine_named(engine).name, json=json)
+    if walk.stop is Stop.INTERRUPTED:
+        err.print("Interrupted; the walk until its last event is reported.", soft_wrap=True)
+        sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
     if walk.stop is not Stop.STEPS_DONE:
         print_reason(f"{walk.stop.key}: {walk.stop.hint}")
     raise typer.Exit(0 if walk.stop is Stop.STEPS_DONE else 1)
@@ -210,11 +216,14 @@ def _planar_walk(
     request: "Request",
     law: "PlanarLawOption",
     state: list[str] | None,
-    steps: int,
+    extent: tuple[int, "Display"],
     terrain: "Terrain | None",
     parameters: Mapping[str, float],
 ) -> "PlanarWalk | None":
-    """Return the walk of a robot with several contacts, the events that end its steps, and the robot, or None."""
+    """Return the walk of a robot with several contacts, the events that end its steps, and the robot, or None.
+
+    The walk has a number of steps, which are counted in a display.
+    """
     from gaitopt.cli.planar_gait_walk import find_planar_gait, is_planar_gait, simulate_planar_gait
     from gaitopt.cli.planar_walk_output import simulate_planar_walk
     from gaitopt.simulation.engine_choice import planar_engine_named
@@ -222,16 +231,18 @@ def _planar_walk(
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
 
     stated = request.stated if request.is_script else request.gait
-    changes = read_numbers(state, "--state")
+    changes, (steps, display) = read_numbers(state, "--state"), extent
     if is_planar_gait(stated):
         engine, gait = planar_engine_named(request.engine), find_planar_gait(stated)
         torque = law.make(gait)
         values = gait.robot.resolve({**gait.motion.parameters, **parameters})
-        walk = simulate_planar_gait(gait, torque, changes, values, steps=steps, terrain=terrain, engine=engine)
+        options: dict[str, Any] = {"terrain": terrain, "engine": engine, "observer": estimate_remaining_time(display)}
+        walk = simulate_planar_gait(gait, torque, changes, values, steps=steps, **options)
         return walk, list_section_events(gait.robot, torque.section), gait.robot
     if isinstance(stated, PlanarWalkProblem) and isinstance(request.problem, PlanarWalkProblem):
         problem = request.problem
-        walk = simulate_planar_walk(problem, changes, steps=steps, engine=request.engine, terrain=terrain)
+        options = {"terrain": terrain, "engine": request.engine, "observer": estimate_remaining_time(display)}
+        walk = simulate_planar_walk(problem, changes, steps=steps, **options)
         return walk, list_section_events(problem.robot, problem.section), problem.robot
     return None
 

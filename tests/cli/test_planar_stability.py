@@ -11,10 +11,12 @@ from typer.testing import CliRunner
 from gaitopt import save
 from gaitopt.cli.app import app
 from gaitopt.cli.planar_walks import print_planar_cycles
+from gaitopt.cli.progress_display import Display
 from gaitopt.cli.script import call_script
 from gaitopt.continuation.gait_lookup import _are_same
 from gaitopt.errors import InputError
 from gaitopt.report.sections import cycle_card
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
 from gaitopt.stability import assess_planar, find_planar_cycle
 
 SINGLE_SUPPORT = "problems/rimless_wheel.py"
@@ -218,3 +220,21 @@ def test_the_position_along_the_ground_is_not_part_of_the_printed_state(capsys):
     assert f"{name}_rate" in printed[1]
     assert _are_same(cycle, moved)
     assert name not in {cell.text for cell in cycle_card(moved).iter("th")}
+
+
+def test_an_interrupted_walk_is_reported_until_its_last_event(command, hop_gait, folder, monkeypatch):
+    saved = save(hop_gait, folder / "hop.h5")
+    flow, counts = PlanarAutomaton.flow, list[tuple[int, int]]()
+
+    def interrupt(self, state, duration):
+        if counts and counts[-1][0] == 2:
+            raise KeyboardInterrupt
+        return flow(self, state, duration)
+
+    monkeypatch.setattr(PlanarAutomaton, "flow", interrupt)
+    monkeypatch.setattr(Display, "count", lambda self, done, total, remark="": counts.append((done, total)))
+    run = command("simulate", saved, "--steps", "5", "--json")
+    walk = json.loads(run.out)
+    assert run.status == 130
+    assert (walk["stop"], walk["steps"], counts) == ("interrupted", 2, [(1, 5), (2, 5)])
+    assert "Interrupted; the walk until its last event is reported." in run.err

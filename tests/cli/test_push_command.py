@@ -8,9 +8,11 @@ import pytest
 
 from gaitopt import assess_stability
 from gaitopt.cli.progress_display import Display
+from gaitopt.progress import VerificationStep
 from gaitopt.simulation import default_engine
 from gaitopt.study import RobustnessMargins, RobustnessRecord, load_robustness, save_robustness
 from gaitopt.study.robustness import disturbed_gait
+from gaitopt.study.robustness.margin_log import MarginLog, read_margin_log
 
 QUICK = ("--law", "computed_torque", "--torque-limit", "8", "--steps", "6", "--starts", "1", "--workers", "1")
 TUNED = ("--law", "computed_torque", "--samples", "0", "--evaluations", "2", "--starts", "3")
@@ -201,3 +203,45 @@ def test_a_dead_beat_law_has_a_radius_below_a_bound(command, slip_file, monkeypa
     monkeypatch.setattr("gaitopt.stability.assessment.assess_stability", assess)
     run = command("push", slip_file, *QUICK, "--kind", "uphill slope")
     assert "computed_torque: spectral radius below 1e-4" in run.out
+
+
+@pytest.mark.parametrize("option", ["", "--json"])
+def test_an_interrupt_within_a_kind_reports_what_is_found_so_far(command, slip_file, folder, monkeypatch, option):
+    add_trial = MarginLog.add_trial
+
+    def interrupt(log, survived, failed):
+        add_trial(log, survived, failed)
+        if log._walks == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(MarginLog, "add_trial", interrupt)
+    run = command("push", slip_file, *QUICK, "--kind", "downhill slope", "-o", "push.json", *filter(None, [option]))
+    assert run.status == 130
+    assert "Incomplete: downhill slope: " in run.err
+    assert "so far, after 2 walks." in run.err
+    assert list(load_robustness(folder / "push.json").missing) == ["downhill slope"]
+    if option == "--json":
+        (found,) = json.loads(run.out)["unfinished"]
+        assert (found["kind"], found["walks"], found["most"]) == ("downhill slope", 2, 12)
+        assert found["survived"] > 0 or found["failed"] > 0
+
+
+def test_the_tasks_under_way_are_shown_with_their_walks():
+    display = Display("push test")
+    display.show_active(("push", "uphill slope"))
+    display.detail = {"push": "3 of at most about 40 walks, at most about 9 s left", "uphill slope": ""}.__getitem__
+    assert display.active == "under way: push (3 of at most about 40 walks, at most about 9 s left); uphill slope"
+
+
+def test_the_log_of_pushes_infers_which_balls_are_survived(tmp_path):
+    log = MarginLog(tmp_path, "push", "rad/s", 40)
+    for radius, walks in ((0.1, 1), (0.1, 2), (0.2, 1), (0.15, 1)):
+        log.add_push(VerificationStep(radius, walks, 2))
+    found = read_margin_log(tmp_path, "push")
+    assert (found.survived, found.failed, found.walks) == (0.1, 0.2, 4)
+    assert str(found) == "push: 0.1 rad/s is survived, and 0.2 rad/s is not, so far, after 4 walks"
+    assert found.progress.startswith("4 of at most about 40 walks, at most about ")
+
+
+def test_a_worker_without_the_folder_of_the_log_continues(tmp_path):
+    MarginLog(tmp_path / "absent", "push", "rad/s", 40).add_trial(0.1, None)

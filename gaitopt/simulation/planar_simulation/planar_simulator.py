@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -34,6 +34,9 @@ HAPPENINGS = ("closes", "opens", "stick", "slip+", "slip-", "released", "extends
 
 INSTANT, MAX_SIMULTANEOUS = 1e-12, 20
 """Time [s] within which events are simultaneous, and their largest number."""
+
+StepObserver = Callable[[int, int], None]
+"""Called with (steps done, steps in all)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +153,13 @@ def follow(
     steps: int = 1,
     most_events: int = MAX_EVENTS,
     most_samples: float = math.inf,
+    observer: StepObserver | None = None,
 ) -> PlanarRollout:
     """Simulate a planar robot from a state with known contact modes; see :func:`simulate_planar`.
 
     With several steps, the event `until` ends the first step, the event of the other leg ends the second one, and so
-    on.  After `most_events` events, or more than `most_samples` samples, the motion ends.
+    on.  After `most_events` events, or more than `most_samples` samples, the motion ends.  With an observer, it also
+    ends at Ctrl-C, with its last event.
     """
     ends = () if until is None else list_section_events(automaton.robot, until)
     arcs: list[PlanarArc] = []
@@ -162,18 +167,19 @@ def follow(
     done = 0
     start = None if isinstance(state, Stop) else state
     end, stop = start, state if isinstance(state, Stop) else Stop.TOO_MANY_EVENTS
-    while end is not None and len(events) < most_events and not _chatters(events):
-        if sum(arc.time.size for arc in arcs) > most_samples:
+    while end is not None and len(events) < most_events and not _chatters(events, arcs, most_samples):
+        try:
+            arc = automaton.flow(end, duration if start is None else start.time + duration)
+            resolved = None if arc.ended_by is None else automaton.events.resolve(arc)
+        except KeyboardInterrupt:
+            if observer is None or not events:
+                raise
+            stop = Stop.INTERRUPTED
             break
-        arc = automaton.flow(end, duration if start is None else start.time + duration)
         arcs.append(arc)
-        if arc.ended_by is None:
-            n = automaton.robot.n_q
-            last = arc.states[:, -1]
-            end = replace(end, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
-            stop = automaton.name_failure(arc) if arc.failed else Stop.DURATION_DONE
+        if resolved is None:
+            end, stop = _end_between_events(automaton, end, arc)
             break
-        resolved = automaton.events.resolve(arc)
         if isinstance(resolved, Stop):
             stop = resolved
             break
@@ -181,6 +187,8 @@ def follow(
         events.append(event)
         if ends and event.includes(ends[done % len(ends)]):
             done += 1
+            if observer is not None:
+                observer(done, steps)
             if done == steps:
                 stop = Stop.EVENT_REACHED
                 break
@@ -203,9 +211,18 @@ def list_section_events(robot: PlanarRobot, section: str) -> tuple[str, ...]:
     return section, f"{partner} {happens}"
 
 
-def _chatters(events: list[PlanarEvent]) -> bool:
-    """Return whether too many of the last events are simultaneous."""
+def _end_between_events(automaton: PlanarAutomaton, state: PlanarState, arc: PlanarArc) -> tuple[PlanarState, Stop]:
+    """Return the state at the end of an arc that begins in a state and ends without event, and the reason."""
+    n, last = automaton.robot.n_q, arc.states[:, -1]
+    end = replace(state, time=float(arc.time[-1]), q=last[:n].copy(), v=last[n : 2 * n].copy())
+    return end, automaton.name_failure(arc) if arc.failed else Stop.DURATION_DONE
+
+
+def _chatters(events: list[PlanarEvent], arcs: list[PlanarArc], most_samples: float) -> bool:
+    """Return whether too many of the last events are simultaneous, or the arcs have more than `most_samples`."""
     recent = events[-MAX_SIMULTANEOUS:]
+    if sum(arc.time.size for arc in arcs) > most_samples:
+        return True
     return len(recent) == MAX_SIMULTANEOUS and recent[-1].time - recent[0].time < INSTANT
 
 

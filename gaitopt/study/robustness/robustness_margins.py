@@ -4,6 +4,7 @@ import contextlib
 import functools
 import math
 from collections.abc import Callable, Generator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, find_largest_recovery
 from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait, reads_state
+from gaitopt.study.robustness.margin_log import MarginLog
 
 DOUBLINGS = 6
 """Number of doublings from the first disturbance to the largest; survival may not be monotonic in between."""
@@ -179,8 +181,12 @@ def iterate_margins(
     engine: Engine | PlanarEngine | None = None,
     execution: Execution | None = None,
     kinds: Sequence[str] | None = None,
+    log: Path | None = None,
 ) -> Generator[RobustnessMargins, None, None]:
     """Yield the largest disturbance of each kind when it is found; parameters as in :func:`assess_robustness`.
+
+    The searches write what they have found after each walk to the folder `log`, from where
+    :func:`gaitopt.study.robustness.margin_log.read_margin_log` reads it.
 
     Examples
     --------
@@ -200,7 +206,7 @@ def iterate_margins(
         if value is not None:
             check_type(name, value, kind, f"an object such as {kind.__name__}()")
     gait = disturb_gait(robot, law, cycle, engine)
-    setting = _MarginSearch(gait, cycle, walking or WalkTest(), test or PushTest())
+    setting = _MarginSearch(gait, cycle, walking or WalkTest(), test or PushTest(), log)
     known = list_disturbances(robot, law, cycle)
     for stated in kinds or ():
         if stated not in known:
@@ -227,22 +233,28 @@ class _MarginSearch:
     cycle: Cycle | PlanarCycle
     walking: WalkTest
     test: PushTest
+    log: Path | None = None
 
     def largest(self, kind: str, survives: Callable[[float], bool], most: float, unit: str) -> RobustnessMargins:
         """Double a disturbance until one is not survived, up to `most`, and bisect the last interval."""
         least = most * (LEAST_DELAY if kind == "sensor delay" else LEAST)
         lower, upper = 0.0, most / 2**DOUBLINGS
+        log = MarginLog(self.log, kind, unit, 1 + DOUBLINGS + math.ceil(-math.log2(self.walking.resolution)))
         while survives(upper):
+            log.add_trial(upper, None)
             if upper == most:
                 return RobustnessMargins(kind, most, None, unit)
             lower, upper = upper, min(2 * upper, most)
+        log.add_trial(lower, upper)
         while upper - lower > self.walking.resolution * upper and upper > least:
             middle = (lower + upper) / 2
             lower, upper = (middle, upper) if survives(middle) else (lower, middle)
+            log.add_trial(lower, upper)
         return RobustnessMargins(kind, lower, upper, unit)
 
     def push_margin(self) -> RobustnessMargins:
-        recovery = find_largest_recovery(self.gait.walker({}), self.cycle, self.test)
+        log = MarginLog(self.log, "push", "rad/s", self.test.most_walks)
+        recovery = find_largest_recovery(self.gait.walker({}), self.cycle, self.test, log.add_push)
         beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
         return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
 
