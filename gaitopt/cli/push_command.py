@@ -205,6 +205,7 @@ class _ControlledGait:
 
     def find_margins(self, results: _Results, steps: int, team: WorkerOptions, *, hidden: bool) -> None:
         """Add the largest disturbance survived of each kind to the results."""
+        from gaitopt.study.robustness.disturbed_gait import disturb_gait
         from gaitopt.study.robustness.margin_log import read_margin_log
         from gaitopt.study.robustness.robustness_margins import WalkTest, iterate_margins
 
@@ -218,12 +219,9 @@ class _ControlledGait:
             log = Path(folder)
             display.detail = lambda kind: "" if (found := read_margin_log(log, kind)) is None else found.progress
             margins = iterate_margins(
-                self.gait.robot,
-                self.law,
-                self.cycle,
+                disturb_gait(self.gait.robot, self.law, self.cycle, self.engine),
                 walking=WalkTest(steps=steps),
                 test=self.test,
-                engine=self.engine,
                 execution=team.execution(display.count, active_observer=display.show_active),
                 kinds=kinds,
                 log=log,

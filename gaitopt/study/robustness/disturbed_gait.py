@@ -156,8 +156,11 @@ class PlanarDisturbedGait:
 
 
 def disturb_gait(
-    robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: Cycle | PlanarCycle, engine: Engine | PlanarEngine | None
-) -> DisturbedGait:
+    robot: Robot | PlanarRobot,
+    law: Law | PlanarLaw,
+    cycle: Cycle | PlanarCycle,
+    engine: Engine | PlanarEngine | None = None,
+) -> SingleDisturbedGait | PlanarDisturbedGait:
     """Return the disturbed walks of a gait.
 
     Raises

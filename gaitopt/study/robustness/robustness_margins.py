@@ -26,7 +26,14 @@ from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 from gaitopt.stability.cycle import Cycle
 from gaitopt.stability.planar_gaits.planar_cycle import PlanarCycle
 from gaitopt.stability.recovery import PushTest, find_largest_recovery
-from gaitopt.study.robustness.disturbed_gait import DisturbedGait, StepWalker, disturb_gait, reads_state
+from gaitopt.study.robustness.disturbed_gait import (
+    DisturbedGait,
+    PlanarDisturbedGait,
+    SingleDisturbedGait,
+    StepWalker,
+    disturb_gait,
+    reads_state,
+)
 from gaitopt.study.robustness.margin_log import MarginLog
 
 DOUBLINGS = 6
@@ -144,9 +151,8 @@ def assess_robustness(
     >>> [each.kind for each in assess_robustness(robot, law, cycle, walking=quick, test=push)]
     ['push', 'downhill slope', 'uphill slope', 'friction patch', 'torque noise', 'sensor delay']
     """
-    margins = iterate_margins(
-        robot, law, cycle, walking=walking, test=test, engine=engine, execution=execution, kinds=kinds
-    )
+    gait = disturb_gait(robot, law, cycle, engine)
+    margins = iterate_margins(gait, walking=walking, test=test, execution=execution, kinds=kinds)
     found = {margin.kind: margin for margin in margins}
     return tuple(found[kind] for kind in list_disturbances(robot, law, cycle) if kind in found)
 
@@ -172,18 +178,15 @@ def list_disturbances(robot: Robot | PlanarRobot, law: Law | PlanarLaw, cycle: C
 
 
 def iterate_margins(
-    robot: Robot | PlanarRobot,
-    law: Law | PlanarLaw,
-    cycle: Cycle | PlanarCycle,
+    gait: SingleDisturbedGait | PlanarDisturbedGait,
     *,
     walking: WalkTest | None = None,
     test: PushTest | None = None,
-    engine: Engine | PlanarEngine | None = None,
     execution: Execution | None = None,
     kinds: Sequence[str] | None = None,
     log: Path | None = None,
 ) -> Generator[RobustnessMargins, None, None]:
-    """Yield the largest disturbance of each kind when it is found; parameters as in :func:`assess_robustness`.
+    """Yield the largest disturbance of each kind when it is found; other parameters as in :func:`assess_robustness`.
 
     The searches write what they have found after each walk to the folder `log`, from where
     :func:`gaitopt.study.robustness.margin_log.read_margin_log` reads it.
@@ -192,9 +195,9 @@ def iterate_margins(
     --------
     >>> from gaitopt import assess_stability, feedforward, load
     >>> gait = load("docs/examples/compass_slip.h5")
-    >>> law = feedforward(gait.robot, gait.motion)
-    >>> quick = WalkTest(steps=1, patch=1, resolution=1.0)
-    >>> margins = iterate_margins(gait.robot, law, assess_stability(gait), walking=quick, kinds=["uphill slope"])
+    >>> law, quick = feedforward(gait.robot, gait.motion), WalkTest(steps=1, patch=1, resolution=1.0)
+    >>> disturbed = disturb_gait(gait.robot, law, assess_stability(gait))
+    >>> margins = iterate_margins(disturbed, walking=quick, kinds=["uphill slope"])
     >>> [margin.kind for margin in margins]
     ['uphill slope']
     """
@@ -205,9 +208,8 @@ def iterate_margins(
     ):
         if value is not None:
             check_type(name, value, kind, f"an object such as {kind.__name__}()")
-    gait = disturb_gait(robot, law, cycle, engine)
-    setting = _MarginSearch(gait, cycle, walking or WalkTest(), test or PushTest(), log)
-    known = list_disturbances(robot, law, cycle)
+    setting = _MarginSearch(gait, gait.cycle, walking or WalkTest(), test or PushTest(), log)
+    known = list_disturbances(gait.robot, gait.law, gait.cycle)
     for stated in kinds or ():
         if stated not in known:
             raise InputError(
