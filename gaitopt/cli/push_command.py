@@ -128,9 +128,9 @@ def push(
     facts |= {**endurance_facts(record), "seconds": time.perf_counter() - began}
     facts |= {"unfinished": [found._asdict() for found in results.unfinished]} if record.missing else {}
     with defer_interrupt():  # a repeated one must not lose the finished kinds
+        for unfinished in results.unfinished:
+            err.print(f"Incomplete: {unfinished}.", soft_wrap=True)
         _report(record, facts, output, json=json)
-        for found in results.unfinished:
-            err.print(f"Incomplete: {found}.", soft_wrap=True)
     if record.missing:
         sys.exit(INTERRUPTED)  # not typer.Exit, which would report that nothing was written
 
