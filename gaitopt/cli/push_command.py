@@ -163,7 +163,7 @@ class _Results:
     recoveries : dict of str to (Recovery or None)
         By the names of the laws; empty until all are measured.
     unfinished : list of UnfinishedMargin
-        What the searches that an interrupt ended had found until then.
+        Intervals in which the searches were that an interrupt ended.
     """
 
     kinds: tuple[str, ...]

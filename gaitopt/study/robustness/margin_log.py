@@ -10,7 +10,7 @@ from gaitopt.progress import VerificationStep
 
 
 class UnfinishedMargin(NamedTuple):
-    """What a search for the largest disturbance of a kind has found so far.
+    """Interval in which a search for the largest disturbance of a kind is at present.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class MarginLog:
 
 
 def read_margin_log(folder: Path, kind: str) -> UnfinishedMargin | None:
-    """Return what the search of a kind has found so far, or None before its first walk has ended."""
+    """Return the present interval of the search of a kind, or None before its first walk has ended."""
     with contextlib.suppress(OSError):
         return UnfinishedMargin(*json.loads((folder / f"{kind.replace(' ', '_')}.json").read_text(encoding="utf-8")))
     return None
