@@ -109,21 +109,18 @@ class ControllerFamily:
         return replace(self, gains=free, law=lambda values: self.law({**fixed, **values}), settings=settings)
 
     def with_starts(self, values: Mapping[str, float]) -> "ControllerFamily":
-        """Return the family whose search begins at other gains; bounds are widened to contain them.
+        """Return the family whose search begins at other gains; bounds are widened so that none is outside them.
+
+        A gain outside its bounds is in the middle of the new ones.
 
         Examples
         --------
         >>> from gaitopt import compass_biped, push_off
         >>> family = ControllerFamily.from_law(push_off(compass_biped(), torque=-2.0, duration=0.1))
         >>> family.with_starts({"push_off_torque": -7.0}).gains[0].lower
-        -7.0
+        -14.0
         """
-        gains = tuple(
-            replace(gain, start=value, lower=min(gain.lower, value), upper=max(gain.upper, value))
-            for gain in self.gains
-            for value in [values.get(gain.name, gain.start)]
-        )
-        return replace(self, gains=gains)
+        return replace(self, gains=tuple(_move_start(gain, values.get(gain.name, gain.start)) for gain in self.gains))
 
     def with_torque_limit(self, robot: Robot | PlanarRobot, limit: TorqueLimit) -> "ControllerFamily":
         """Return the family of the same laws with torque limits [N m]; laws that state their limits keep them.
@@ -171,6 +168,16 @@ class ControllerFamily:
 
 def _limit_law(law: Law, limits: Array) -> Law:
     return law if law.limited else limit_torque(law, limits)
+
+
+def _move_start(gain: Gain, value: float) -> Gain:
+    """Return a gain with another start, which is in the middle of wider bounds if it is outside those of the gain."""
+    lower, upper = gain.lower, gain.upper
+    if value < lower:
+        lower = value**2 / upper if gain.logarithmic else 2 * value - upper
+    elif value > upper:
+        upper = value**2 / lower if gain.logarithmic else 2 * value - lower
+    return replace(gain, start=value, lower=lower, upper=upper)
 
 
 def _clip_gain(gain: Gain, lower: float, upper: float) -> Gain:

@@ -101,7 +101,10 @@ def test_a_search_begins_with_the_gains_of_a_file(tmp_path):
     save_tuning(dataclasses.replace(tuned, gains=values), tmp_path / "gains.json")
     starts = {gain.name: gain.start for gain in design_for(gait, robot, str(tmp_path / "gains.json"), 8, False).gains}
     assert starts == values
-    assert family.with_starts(values).gains[0].upper == 1000.0 > family.gains[0].upper
+    moved, former = family.with_starts(values).gains[0], family.gains[0]
+    assert moved.start == 1000.0 > former.upper
+    assert moved.start**2 == pytest.approx(moved.lower * moved.upper) if former.logarithmic else moved.upper == 2000.0
+    assert moved.lower == former.lower
 
 
 def test_a_gait_that_cannot_be_held_is_reported(capsys):
