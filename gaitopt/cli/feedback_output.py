@@ -41,6 +41,9 @@ ENDS = {
 }
 """Ends of walks in words."""
 
+FEW_STARTS = 5
+"""Number of starts below which a verification does not determine a margin."""
+
 UNITS = {"friction patch": "coefficient of friction"}
 """Texts in the column of units, for kinds of disturbances without a unit."""
 
@@ -221,6 +224,8 @@ def verification_text(verified: "Recovery", *, search_interrupted: bool = False)
     text = f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait"
     if verified.steps:
         text += f" (within {verified.tolerance:g}) in at most {steps}{_settling(verified)}"
+    if verified.starts < FEW_STARTS:
+        text += "; so few starts do not determine the margin, use gaitopt push"
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
 
 

@@ -324,3 +324,11 @@ def test_the_number_of_steps_of_the_verification_is_an_option(command, slip_file
     run = command("tune", slip_file, *SHORT, "--steps", "7")
     assert "of at most 7 steps each" in run.err
     assert "in at most 7 steps" in " ".join(run.out.split())
+
+
+@pytest.mark.parametrize("starts", [1, 50])
+def test_few_starts_do_not_claim_a_margin(starts):
+    verified = Recovery(radius=0.5, starts=starts, returned=starts, steps=1, tolerance=1e-4, beyond=1.0)
+    text = feedback_output.verification_text(verified)
+    assert text.startswith(f"{starts} of {starts} starts within 0.5 rad/s return")
+    assert ("so few starts do not determine the margin, use gaitopt push" in text) is (starts == 1)

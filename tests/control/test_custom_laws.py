@@ -130,7 +130,7 @@ MADE = {
     "text": (lambda state, plan: {"hip": "much"}, "returns a str as the torque of 'hip'"),
     "vector": (lambda state, plan: {"hip": state.q.vector}, "returns 4 numbers as the torque of 'hip'"),
     "actuator": (lambda state, plan: {"hop": 0}, "'hop', which is not an actuator of the robot. Did you mean 'hip'"),
-    "coordinate": (lambda state, plan: [state.q["th3"], 0], "There is no coordinate 'th3'"),
+    "coordinate": (lambda state, plan: [state.q["th3"], 0], "Law <lambda>: There is no coordinate 'th3'"),
     "plan": (lambda state, plan: [plan.q["x"], 0], "There is no planned coordinate 'x'"),
     "math": (
         lambda state, plan: [math.sin(state.time), 0],

@@ -60,6 +60,8 @@ def evaluate_torque(
         with warnings.catch_warnings():  # CasADi converts functions of NumPy such as np.sin
             warnings.simplefilter("ignore", FutureWarning)
             made = function(state, plan, **gains)
+    except InputError as error:  # such as a coordinate of another robot
+        raise InputError(f"Law {name}: {error}") from error
     except GaitoptError:
         raise
     except Exception as error:

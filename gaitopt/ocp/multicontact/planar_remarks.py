@@ -126,7 +126,7 @@ def report_cost_of_grid(problem: PlanarProblem, error: float, ending: str) -> st
     ----------
     problem : PlanarProblem
     error : float
-        Relative difference of the objective from that on the grid compared with it; nan if there is none.
+        Relative difference of the objective from that on half or twice the intervals; nan if it is not known.
     ending : str
         Why no finer grid was solved.
     """
