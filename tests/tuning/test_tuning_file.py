@@ -69,7 +69,8 @@ def test_show_states_the_verification_and_the_limits_of_a_file(tuned, tmp_path, 
         del facts["verified"][name]
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
-    assert f"starts within {ball:.4g} rad/s return to the gait torque" in " ".join(capsys.readouterr().out.split())
+    shown = " ".join(capsys.readouterr().out.split())
+    assert f"starts within {ball:.4g} rad/s return to the gait; so few starts" in shown
     facts["verified"]["push_radius"] = 0.0
     path.write_text(json.dumps(facts), encoding="utf-8")
     print_result(load_tuning(path))
