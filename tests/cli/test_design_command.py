@@ -192,6 +192,7 @@ def test_a_plan_that_fails_in_unseen_scenarios_is_not_called_robust(command, scr
     assert "not fully robust: 2 of 2 candidate scenarios survived under feedforward, 6 of 7 unseen ones" in shown
 
 
+@pytest.mark.slow
 def test_a_plan_that_is_not_robust_is_saved_as_failed_with_its_worst_scenario(command, script, folder):
     text = ROBUST.replace('"stick | stick", friction=friction', '"slip+ stick | slip+", friction=friction')
     text = text.replace('"friction": (0.18, 0.2)', '"friction": (0.139, 0.141)').replace(

@@ -56,6 +56,7 @@ def test_the_finished_kinds_are_kept_after_an_interrupt(command, slip_file, fold
         assert command("plot", "push.json").status == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["scipy", "auto"])
 def test_the_stated_engine_simulates_the_walks(command, slip_file, engine, monkeypatch):
     used, make = set(), disturbed_gait.make_walker
@@ -170,6 +171,7 @@ def test_friction_torque_limits_and_number_of_pushes_are_stated(command, slip_fi
     assert "torque limits" not in command("show", "push.json").out
 
 
+@pytest.mark.slow
 def test_the_largest_push_of_push_and_tune_agrees_for_equal_numbers_of_starts(command, slip_file):
     tuned = command("tune", slip_file, *TUNED, "-o", "gains.json", "--json").json["verified"]
     options = ("--law", "gains.json", "--starts", "3", "--workers", "1", "--kind", "push")

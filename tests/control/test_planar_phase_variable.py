@@ -111,6 +111,7 @@ def test_the_phase_variable_of_a_flight_falls_with_gravity(gaits):
     np.testing.assert_allclose(np.diff(rates) / np.diff(flight.time), 9.81, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_flight_begins_when_the_stance_contact_opens(gaits):
     gait = gaits["hop"]
     law = by_phase_variable(gait, planar_lqr(gait))

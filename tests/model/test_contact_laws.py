@@ -81,6 +81,7 @@ def test_an_independent_complementarity_solver_agrees(k):
     assert several < 50
 
 
+@pytest.mark.slow
 @every_scene
 @given(seed=seeds, k=st.integers(1, 3), order=st.permutations(range(3)))
 def test_the_order_of_the_contacts_does_not_matter(seed, k, order):

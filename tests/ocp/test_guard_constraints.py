@@ -107,6 +107,7 @@ def test_a_remedy_that_runs_out_of_iterations_on_a_finer_grid_is_none(problem, e
     assert kept.outcome.objective == pytest.approx(early.solver.objective, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_touchdown_is_armed_at_the_cheapest_node(problem, gait):
     start = SingleStart(problem, LinearGuess(), Ipopt(), silent)
     solution = mesh_refinement.refine_mesh(start, mesh_refinement.approach_through_coarse_grids(start))

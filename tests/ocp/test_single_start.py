@@ -70,6 +70,7 @@ def test_going_on_from_the_same_gait_ends_at_once(reference_problem, solved):
     assert len(seen) < 15
 
 
+@pytest.mark.slow
 def test_a_gait_that_was_gone_on_from_is_not_kept_alive(reference_problem):
     problem = reference_problem(objective="torque_squared", intervals=6)
     before = solve(problem)

@@ -112,6 +112,7 @@ def test_an_inaccurate_plan_is_no_solution_and_its_reasons_are_stated(resting):
     assert math.isfinite(resting.solver.error_between_nodes)
 
 
+@pytest.mark.slow
 def test_without_a_tolerance_the_plan_is_not_checked(reference_problem):
     margins, method = Margins(slip_speed=0), Collocation(tolerance=math.inf)
     gait = solve(reference_problem(sequence="slip+ stick slip- | slip+", margins=margins, transcription=method))

@@ -57,6 +57,7 @@ def values_of(axes):
     return [(line.get_xdata()[0], line.get_ydata()[0], line.get_color()) for line in marks]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [7.2, 3.5])
 def test_a_figure_has_the_impulses_beside_the_torques_and_forces(landing, width):
     figure = plot_motion(landing, style=FigureStyle(width=width))

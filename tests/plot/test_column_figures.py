@@ -112,6 +112,7 @@ def test_a_figure_with_many_panels_is_not_taller_than_a_page(hop_gait, width):
     check_texts(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [3.5, 7.0])
 def test_a_comparison_with_many_rows_is_not_taller_than_a_page(slipping, width, monkeypatch):
     rows = comparison_figure._rows

@@ -70,6 +70,7 @@ def labels(axes):
     return [text.get_text() for text in axes.get_yticklabels()]
 
 
+@pytest.mark.slow
 def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
     axes = axes_of(plot_gait(hop_gait))
     expected = [

@@ -489,6 +489,7 @@ def test_lines_of_a_test_have_the_colour_of_its_bars(results):
     assert len({str(line.get_linestyle()) for line in list(lines.values())[:2]}) == 2
 
 
+@pytest.mark.slow
 def test_push_tests_of_the_width_of_a_column_fit_on_half_a_page(results):
     """The key of several tests has an entry for each, and below the lines one for each kind of line."""
     record = replace(results["push test"], law="lqr")
@@ -585,6 +586,7 @@ def test_terms_of_the_cost_differ_from_the_lines_of_gaits_and_from_each_other():
     assert min(np.linalg.norm(a - b) for i, a in enumerate(terms) for b in terms[:i]) > 0.2
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_results_with_their_figures(results):
     for name in ("ranking", "push test", "tuned gains", "branches"):
         page = view_result(results[name])

@@ -147,6 +147,7 @@ def test_the_compass_walks_in_single_support_as_its_script_states(settings):
     assert gait.verification.passed, gait.verification.reasons
 
 
+@pytest.mark.slow
 def test_the_knee_of_the_kneed_walker_strikes_before_its_foot_lands():
     gait = gait_of("kneed_walker_motors")
     assert gait.motion.events[0].names == ("knee B closes",)

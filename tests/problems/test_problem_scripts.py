@@ -126,6 +126,7 @@ def test_the_five_link_walker_lifts_its_feet_in_replay_too():
     assert np.interp(0, ahead, height) == pytest.approx(clearance, abs=1e-4)  # it costs something
 
 
+@pytest.mark.slow
 def test_the_optimum_of_the_five_link_walker_is_a_strict_minimum():
     """Without typical sizes of its unknowns its least curvature counted as zero."""
     _, gait = solved(SCRIPTS[0].parent / "five_link.py")

@@ -212,6 +212,7 @@ def test_without_friction_limit_the_cone_is_everything_above_ground(tmp_path, st
     assert 'class="cone"' in write_report({"a": gait}, tmp_path / "free.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_multipliers_of_a_custom_robot(tmp_path, slipping, compass, write_old_file):
     own = load(write_old_file(tmp_path / "old.h5", "my_robot"))
     unknown = write_report({"a": own}, tmp_path / "unknown.html").read_text(encoding="utf-8")

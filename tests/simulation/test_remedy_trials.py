@@ -62,6 +62,7 @@ def solved(monkeypatch):
     return state
 
 
+@pytest.mark.slow
 def test_the_first_change_of_a_limit_with_a_verified_gait_is_reported_first(uphill, failure, solved):
     tried = solved(lambda problem: problem.speed < 0.3)
     gait = try_remedies(uphill, fail(failure, TORQUE, SPEED))
@@ -79,6 +80,7 @@ def test_the_first_change_of_a_limit_with_a_verified_gait_is_reported_first(uphi
     assert ("note", NOT_YET_VERIFIED) in list_remarks(fail(failure, SPEED).solver)
 
 
+@pytest.mark.slow
 def test_without_a_sufficient_limit_the_order_of_the_contacts_and_the_slope_are_tried(uphill, failure, solved):
     solved(lambda problem: problem.slope > 0 or str(problem.sequence).startswith("heel a"))
     gait = try_remedies(uphill.replace(sequence=TOE_FIRST), fail(failure))
@@ -185,6 +187,7 @@ def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
     assert explain_failure(gait).endswith(remark)
 
 
+@pytest.mark.slow
 def test_actuators_that_are_too_weak_are_named_although_no_limit_is_known_to_suffice(uphill, failure):
     """The conflicts of a far motion do not contain the torque limit, and the sequence is possible."""
     weak = uphill.replace(slope=0.03, limits=PlanarLimits(torque=1.0))

@@ -113,6 +113,7 @@ def test_the_critical_friction_of_a_gait_is_evaluated_when_it_is_read(monkeypatc
     assert len(evaluated) == 1
 
 
+@pytest.mark.slow
 def test_the_vanishing_forces_at_a_lift_off_are_left_out():
     """Both forces of the foot that opens vanish there; the samples of the plan are an independent bound."""
     gait = load(ROOT / "tests" / "problems" / "bounding_quadruped.h5")

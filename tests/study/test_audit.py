@@ -187,6 +187,7 @@ def test_the_second_replay_finds_a_wrong_impulse():
     assert not describe_disagreement(gait, replay_planar_again(gait))
 
 
+@pytest.mark.slow
 def test_a_handful_of_problems():
     """The first problem of each of three scripts; `gaitopt audit --count 1000` solves more of them."""
     first = {}
