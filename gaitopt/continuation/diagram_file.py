@@ -20,6 +20,7 @@ from gaitopt.continuation.diagram_table import (
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.continuation.special_point import SpecialKind, SpecialPoint
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.netcdf import load_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,10 +134,8 @@ def load_diagram(path: str | Path) -> BranchDiagram:
     >>> load_diagram("docs/examples/compass_slope.nc").robot
     'compass_biped'
     """
-    import xarray as xr
-
     with read_hdf5(path, KIND, VERSION):
-        table = xr.load_dataset(path, engine="h5netcdf")
+        table = load_netcdf(path)
         facts = json.loads(table.attrs["diagram"])
         curves = tuple(map(SpecialCurve.from_record, facts.pop("curves", [])))
         branches = tuple(_read_branch(table, number, record) for number, record in enumerate(facts.pop("branches")))

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.motion.atomic import reserve, write_atomically
+from gaitopt.motion.atomic import write_atomically
 from gaitopt.motion.checksum import append_checksum
+from gaitopt.motion.netcdf import write_netcdf
 from gaitopt.motion.versions import versions
 
 if TYPE_CHECKING:
@@ -27,10 +27,7 @@ def write_diagram(table: "xr.Dataset", path: str | Path) -> Path:
     """
     path = Path(path)
     with write_atomically(path) as temporary:
-        reserve(temporary, 2 * table.nbytes + 100_000)  # the HDF5 library crashes on a full disk
-        with h5py.File(temporary, "w"):
-            pass  # in the order of names; h5netcdf would keep that of creation
-        table.to_netcdf(temporary, mode="a", engine="h5netcdf")
+        write_netcdf(table, temporary, 2 * table.nbytes + 100_000)
         append_checksum(temporary)
     return path
 

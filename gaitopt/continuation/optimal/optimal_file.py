@@ -22,6 +22,7 @@ from gaitopt.continuation.optimal.optimal_branch import (
     OptimalSpecialPoint,
 )
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.netcdf import load_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,10 +154,8 @@ def load_optima(path: str | Path) -> OptimalDiagram:
     ...
     gaitopt.errors.ArchiveError: There is no file nowhere.nc.
     """
-    import xarray as xr
-
     with read_hdf5(path, KIND, VERSION):
-        table = xr.load_dataset(path, engine="h5netcdf")
+        table = load_netcdf(path)
         facts = json.loads(table.attrs["diagram"])
         branches = tuple(_read_branch(table, number, record) for number, record in enumerate(facts.pop("branches")))
         borders = tuple(LowestCostChange(**border) for border in facts.pop("borders"))

@@ -199,11 +199,11 @@ def save_basin(table: "xr.Dataset", path: str | Path) -> Path:
     ...     load_basin(save_basin(table, f"{folder}/basin.nc")).identical(table)
     True
     """
-    from gaitopt.study.storage.netcdf_file import write_table  # imports h5py, which workers do not need
+    from gaitopt.motion.netcdf import write_netcdf  # imports h5py, which workers do not need
 
     path = Path(path)
     with write_atomically(path) as temporary:
-        write_table(table, temporary, table.nbytes + 100_000)
+        write_netcdf(table, temporary, table.nbytes + 100_000)
         append_checksum(temporary)
     return path
 

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.atomic import check_suffix, write_atomically
 from gaitopt.motion.checksum import append_checksum
+from gaitopt.motion.netcdf import write_netcdf
 from gaitopt.study.basins.branch_basin import KIND, VERSION, check_branch_basin
-from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.storage.netcdf_file import read_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +49,7 @@ def save_branch_basin(table: "xr.Dataset", path: str | Path) -> Path:
     check_suffix(path, {".nc": "basins along a branch"})
     check_branch_basin(table)
     with write_atomically(path) as temporary:
-        write_table(table, temporary, table.nbytes + 100_000)
+        write_netcdf(table, temporary, table.nbytes + 100_000)
         append_checksum(temporary)
     return path
 

@@ -1,4 +1,4 @@
-"""Labelled tables in NetCDF files: written atomically, and read only if they are of the expected kind."""
+"""Labelled tables in NetCDF files: read only if they are of the expected kind."""
 
 import contextlib
 import importlib
@@ -6,10 +6,8 @@ from collections.abc import Callable, Container
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
-
-from gaitopt.motion.atomic import reserve
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.netcdf import load_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,22 +28,6 @@ def import_packages(path: Path | None, check: Callable[[], None]) -> None:
             importlib.import_module(name)
 
 
-def write_table(table: "xr.Dataset", path: Path, room: int) -> None:
-    """Write a table to a new file after reserving `room` bytes on the disk, for it and for the gaits added later.
-
-    The HDF5 library crashes on a full disk (segmentation fault, version 1.14).
-
-    Raises
-    ------
-    OSError
-        If the disk has less room.
-    """
-    reserve(path, room)
-    with h5py.File(path, "w"):
-        pass  # in the order of names; h5netcdf would keep that of creation
-    table.to_netcdf(path, mode="a", engine="h5netcdf")
-
-
 def read_table(path: str | Path, kind: str, version: int, *, omit: Container[str] = ()) -> "xr.Dataset":
     """Read a table; groups in `omit` are not part of it.
 
@@ -54,7 +36,5 @@ def read_table(path: str | Path, kind: str, version: int, *, omit: Container[str
     ArchiveError
         If the file is missing, damaged, newer or of another kind.
     """
-    import xarray as xr
-
     with read_hdf5(path, kind, version, omit=omit):
-        return xr.load_dataset(path, engine="h5netcdf")
+        return load_netcdf(path)

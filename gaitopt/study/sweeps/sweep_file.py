@@ -19,6 +19,7 @@ from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.file_structure import check_structure, find_group
 from gaitopt.motion.gait import Gait
 from gaitopt.motion.hdf5 import read_hdf5
+from gaitopt.motion.netcdf import write_netcdf
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
@@ -28,7 +29,7 @@ from gaitopt.parameters import Parameter
 from gaitopt.study.gait_metrics import MEASURES, peak_torques
 from gaitopt.study.storage.failure_reason import IMPOSSIBLE, LOST, PENDING, explain_failure
 from gaitopt.study.storage.gait_store import check_same_study
-from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.storage.netcdf_file import read_table
 from gaitopt.study.storage.study_key import record_script
 from gaitopt.study.sweeps.planar_sweep import planar_dataset
 from gaitopt.study.sweeps.sweep_grid import SweepGrid, SweepPoint
@@ -197,7 +198,7 @@ def write_sweep(findings: SweepResults, path: Path, room: int) -> "xr.Dataset":
     """
     table = to_dataset(findings)
     with write_atomically(path) as temporary:
-        write_table(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
+        write_netcdf(table, temporary, room + 100_000 + TABLE * math.prod(findings.grid.shape))
         _write_gaits(findings, temporary)
         append_checksum(temporary)
     return table

@@ -18,12 +18,13 @@ from gaitopt.motion.checksum import append_checksum
 from gaitopt.motion.file_structure import check_structure, find_group
 from gaitopt.motion.hdf5 import read_hdf5
 from gaitopt.motion.motion import Array
+from gaitopt.motion.netcdf import write_netcdf
 from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
 from gaitopt.motion.versions import versions
 from gaitopt.study.storage.failure_reason import PENDING, UNFINISHED, explain_failure
-from gaitopt.study.storage.netcdf_file import read_table, write_table
+from gaitopt.study.storage.netcdf_file import read_table
 from gaitopt.study.storage.study_key import record_script
 from gaitopt.study.trade_offs.front_grid import FrontGrid, Index, point_name
 from gaitopt.study.trade_offs.quantity import Quantity, quantity_named
@@ -239,7 +240,7 @@ def write_front(front: Front, path: Path, room: int) -> "xr.Dataset":
     """Write a front with its gaits, which need `room` bytes, to a file atomically, and return its table."""
     table = tabulate_front(front)
     with write_atomically(path) as temporary:
-        write_table(table, temporary, TABLE + room)
+        write_netcdf(table, temporary, TABLE + room)
         robots: SharedGroups = {}
         with h5py.File(temporary, "a") as file:
             for number, index in enumerate(front.grid.points()):
