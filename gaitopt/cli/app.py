@@ -144,8 +144,9 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if isinstance(error, GaitoptError):
         from rich.text import Text
 
-        _report(words, "error", str(error))
-        err.print(Text.assemble(("Error:", "red"), f" {error}"), soft_wrap=True)
+        place = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
+        _report(words, "error", f"{error}{place}")
+        err.print(Text.assemble(("Error:", "red"), f" {error}", (place, "dim")), soft_wrap=True)
         return 1 if isinstance(error, NoGaitError) else 2
     if (fact := _describe_system_error(error)) is not None:
         return _explain(InputError(fact), words)

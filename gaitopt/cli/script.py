@@ -4,21 +4,20 @@ import functools
 import hashlib
 import inspect
 import sys
-import traceback
 import types
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.cli.script_errors import running_script
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
 from gaitopt.cli.walk_script import explain_law_alone, explain_robot_alone, name_walk_commands
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import GaitoptError, InputError, ScriptError, suggest
+from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.provenance import ScriptRecord
 
@@ -66,8 +65,9 @@ class Script:
         ScriptError
             If the script raises anything else.
         """
-        with _running(self.path):
-            return self.function(**self.settings | changes)
+        settings = self.settings | changes
+        with running_script(self.path, changed=bool(settings)):
+            return self.function(**settings)
 
     def record(self) -> ScriptRecord:
         """Return file name, digest and parameters."""
@@ -124,7 +124,7 @@ def run_module(path: Path, function: str = "problem") -> types.ModuleType:
     module = types.ModuleType(name)
     module.__file__, module.__loader__ = str(path), loader
     sys.modules[name] = module  # dataclasses look up their module
-    with _running(path):
+    with running_script(path):
         loader.exec_module(module)
     return module
 
@@ -191,7 +191,7 @@ def run_function(path: Path, function: str, *arguments: Any) -> Any:
 
 def run_in_script(path: Path, loaded: Callable[..., Any], *arguments: Any) -> Any:
     """Return what a loaded function of a script returns for positional arguments; errors as :func:`call_script`."""
-    with _running(path):
+    with running_script(path):
         return loaded(*arguments)
 
 
@@ -370,28 +370,3 @@ class _ScriptLoader(SourceFileLoader):
 
     def set_data(self, path: str, data: Any, **options: Any) -> None:
         """Discard the bytecode."""
-
-
-@contextmanager
-def _running(path: Path) -> Iterator[None]:
-    """Let a script import its neighbours, as ``python SCRIPT`` would, and turn what it raises into a ScriptError."""
-    former = list(sys.path)
-    sys.path.insert(0, str(path.parent.resolve()))
-    try:
-        yield
-    except GaitoptError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise _script_error(path, error) from error
-    finally:
-        sys.path[:] = former
-
-
-def _script_error(path: Path, error: BaseException) -> ScriptError:
-    """Return one sentence on an exception raised by a script, with the line of the script if there is one."""
-    if isinstance(error, SyntaxError) and error.lineno is not None:
-        return ScriptError(f"{path}, line {error.lineno}: {error.msg}.")
-    resolved, frames = path.resolve(), traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == resolved]
-    place = f"{path}, line {lines[-1]}" if lines else str(path)
-    return ScriptError(f"{place} raised {type(error).__name__}: {' '.join(str(error).split())}")

@@ -117,6 +117,15 @@ def test_scripts_that_cannot_be(command, script, folder, case):
     assert command("solve", "own.py", "--json").json["status"] == "error"
 
 
+def test_errors_of_gaitopt_name_the_line_of_the_script(command, script, folder):
+    text, _ = SCRIPTS["makes a wrong problem"]
+    run = refused(command("solve", script(text.replace("problem()", "problem(friction=1.0)"))), folder, ["own.py"])
+    assert run.err.endswith("own.py, line 5)\n")
+    changed = command("solve", "own.py", "--set", "friction=0.5")
+    assert "not periodic" in changed.err
+    assert "line 5" not in changed.err  # a changed parameter is the more likely cause
+
+
 MONOPOD = "from gaitopt.model import monopod\n\nrobot = monopod()\n"
 
 
