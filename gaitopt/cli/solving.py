@@ -311,12 +311,13 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
+    from gaitopt.ocp.multistep.multistep_problem import MultiStepProblem
     from gaitopt.ocp.problem import GaitProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
     problem = read_problem_or_robot(script, settings)
-    if isinstance(problem, GaitProblem | PlanarProblem | Family | RobustProblem):
+    if isinstance(problem, GaitProblem | PlanarProblem | MultiStepProblem | Family | RobustProblem):
         facts = problem.describe()
     elif isinstance(problem, Robot | PlanarRobot):
         facts = describe_robot(problem)
@@ -324,8 +325,8 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
         facts = {"name": problem.name, "robot": problem.robot.name, **problem.parameters}
     else:
         raise InputError(
-            "'gaitopt show' shows a GaitProblem, PlanarProblem, WalkProblem, PlanarWalkProblem, Family, RobustProblem "
-            f"or a robot; problem() of {script} returned {type(problem).__name__}."
+            "'gaitopt show' shows a GaitProblem, PlanarProblem, MultiStepProblem, Family, RobustProblem, WalkProblem, "
+            f"PlanarWalkProblem or a robot; problem() of {script} returned {type(problem).__name__}."
         )
     if json:
         print_json(facts | {"file": str(script)})

@@ -5,17 +5,18 @@ from typing import TYPE_CHECKING
 from gaitopt.control.law import Law
 from gaitopt.design.law_choice import LawChoice
 from gaitopt.design.scenarios import Scenarios
-from gaitopt.model.formulation import Formula, Formulation, bound, collect, escape_latex, latex_number
+from gaitopt.model.formulation import Formula, Formulation, bound, collect, latex_number
 from gaitopt.motion.printable import format_count
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.ocp.statement.member_formulation import OBJECTIVE, formulate_members, state_in_words
 from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 
 if TYPE_CHECKING:
     from gaitopt.design.family import Family
     from gaitopt.design.robust_problem import RobustProblem
 
-OBJECTIVE, FREE = "minimise", "also over"
-"""Labels of the objective and of the free parameters in the formulation of a gait problem."""
+FREE = "also over"
+"""Label of the free parameters in the formulation of a gait problem."""
 
 
 def name_law(law: LawChoice) -> str:
@@ -71,10 +72,10 @@ def _formulate_scenarios(scenarios: Scenarios, problem: GaitProblem, law: str) -
     plan = "the gait is planned for the lowest friction of the scenarios that are selected"
     steps, number = format_count(scenarios.steps, "step"), len(scenarios.candidates())
     return (
-        _words("shared", f"the gait, its torques and the law {law} in all scenarios"),
-        *([_words("plan", plan)] if "friction" in scenarios.ranges else []),
+        state_in_words("shared", f"the gait, its torques and the law {law} in all scenarios"),
+        *([state_in_words("plan", plan)] if "friction" in scenarios.ranges else []),
         *(Formula("" if place else "scenarios", *line) for place, line in enumerate(lines)),
-        _words("number", format_count(number, "candidate scenario")),
+        state_in_words("number", format_count(number, "candidate scenario")),
         Formula(
             "robust",
             f"max |y({steps}) - y*| ≤ {scenarios.tolerance:g} from {start} in each of them, y* is the planned state "
@@ -103,28 +104,11 @@ def formulate_family(family: "Family") -> Formulation:
       J2           cost_of_transport = 1/(m g L) ∫ Σ |u_i ṡ_i| dt
       targets      speed L/T = 0.7 m/s
     """
-    first, *others = [_formulate_member(problem, number) for number, problem in enumerate(family.problems, start=1)]
     lines = [_formulate_costs(family), *_formulate_shared_quantities(family)]
-    lines += [_words("gait 1", str(family.problems[0].sequence)), *first]
-    for number, formulas in enumerate(others, start=2):
-        missing = [each.label for each in first if each.label not in {other.label for other in formulas}]
-        absent = f", without {', '.join(missing[1:])}," if missing[1:] else ""  # the first one is the objective
-        changed = [each for each in formulas if each not in first]
-        text = f"{family.problems[number - 1].sequence}, otherwise as gait 1{absent} with"
-        lines += [_words(f"gait {number}", text), *changed]
+    lines += formulate_members(family.problems, "gait", omit=(FREE,))
     robot = family.problems[0].robot.name
     name = "Family" if family.name == "family" else f"Family {family.name!r}"
     return Formulation(f"{name} of {len(family.problems)} gaits of {robot}", tuple(lines))
-
-
-def _formulate_member(problem: GaitProblem, number: int) -> list[Formula]:
-    """Return the formulation of a gait of a family, without the shared parameters; each line has a label."""
-    lines, label = list[Formula](), ""
-    for each in formulate_gait_problem(problem).formulas:
-        label = each.label or label
-        if label != FREE:
-            lines.append(Formula(f"J{number}" if label == OBJECTIVE else label, each.text, each.latex))
-    return lines
 
 
 def _formulate_costs(family: "Family") -> Formula:
@@ -144,7 +128,3 @@ def _formulate_shared_quantities(family: "Family") -> tuple[Formula, ...]:
     shared = [bound(name, *ends, units[name]) for name, ends in problem.free.items()]
     shared += [(name, rf"\text{{{name}}}") for name in family.shared]
     return collect("shared", shared)
-
-
-def _words(label: str, text: str) -> Formula:
-    return Formula(label, text, rf"\text{{{escape_latex(text)}}}")

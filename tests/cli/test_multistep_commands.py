@@ -45,6 +45,18 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert "<svg" in card
 
 
+def test_a_problem_of_several_steps_is_shown_as_mathematics(command, script):
+    shown = command("show", script(SCRIPT)).out
+    assert shown.startswith("Gait of 2 steps of compass_biped\n  minimise    J1 + J2\n")
+    assert "stick | stick, otherwise as step 1 with\n  J2 " in shown
+    assert shown.count("  parameters  ") == 1
+    assert "step 1 follows the last step" in shown
+    facts = command("show", "own.py", "--json").json
+    assert [step["step_length"] for step in facts["steps"]] == [0.45, 0.47]
+    equal = command("show", "own.py", "--set", "longer=0.45").out
+    assert "  step 2      stick | stick, as step 1\n" in equal
+
+
 def test_options_for_single_steps_are_refused(command, script):
     run = command("solve", script(SCRIPT), "--guess", "walk.csv")
     assert run.status == 2

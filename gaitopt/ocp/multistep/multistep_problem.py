@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import asdict, field, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments
@@ -117,6 +117,28 @@ class MultiStepProblem:
                 "gait on stairs, use a GaitProblem of adapt_to_uneven_ground(robot) with the parameter rise."
             )
         self.resolved_steps  # noqa: B018 - footholds that do not fit are reported when the problem is stated
+
+    def __str__(self) -> str:
+        from gaitopt.ocp.multistep.multistep_formulation import formulate_steps
+
+        return str(formulate_steps(self))
+
+    def _repr_latex_(self) -> str:
+        from gaitopt.ocp.multistep.multistep_formulation import formulate_steps
+
+        return formulate_steps(self).latex
+
+    def describe(self) -> dict[str, Any]:
+        """Return the steps, the ends, the footholds and the terrain as plain data (SI units, angles in rad)."""
+        ground = None if self.terrain is None else asdict(self.terrain)
+        return {
+            "name": self.name,
+            "start": self.start,
+            "end": self.end,
+            "footholds": {str(number): list(pair) for number, pair in self.footholds.items()},
+            "terrain": ground,
+            "steps": [step.describe() for step in self.steps],
+        }
 
     @property
     def periodic(self) -> bool:
