@@ -9,7 +9,7 @@ import typer
 
 from gaitopt.cli.options import LAWS, Json, Quiet, ScriptFile, Setting, Verbose
 from gaitopt.cli.output import INTERRUPTED, err, out, print_json, print_reason, report_file, verdict_text
-from gaitopt.cli.output_files import create_folder
+from gaitopt.cli.output_files import create_folder, describe_earlier
 from gaitopt.cli.progress_display import Display, show_progress
 from gaitopt.cli.robust_design import design_robust
 from gaitopt.errors import InputError
@@ -91,6 +91,8 @@ def design(
             report_file(path)
         if not ok:
             out.print(f"{NOT_SOLVED}: to repeat the design, keep {source.record().command_text}", soft_wrap=True)
+            if earlier := describe_earlier(paths):
+                out.print(earlier, soft_wrap=True)
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
     if not ok:

@@ -130,7 +130,7 @@ def design_for(
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
-        require_known_law(name, tuned)
+        require_known_law(name, tuned, gait)
         name, starts = tuned.family, tuned.gains
         stance_angle = stance_angle or tuned.settings.stance_angle
     else:
@@ -144,10 +144,19 @@ def design_for(
     return design.with_starts(starts)
 
 
-def require_known_law(file: str, tuned: "TunedGains") -> None:
-    """Raise InputError if a file of tuned gains names neither a family of gaitopt nor a function of a script."""
+def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
+    """Raise InputError if a file of tuned gains is of other actuators, or names no known law.
+
+    Known are the families of gaitopt and functions of scripts.
+    """
     from gaitopt.tuning.controller_family import FAMILIES
 
+    limits, actuators = tuned.settings.torque_limit, gait.motion.actuators
+    if isinstance(limits, Mapping) and set(limits) - set(actuators):
+        raise InputError(
+            f"{file} contains gains of a robot with the actuators {', '.join(limits)}, but {gait.robot_name} has "
+            f"{', '.join(actuators)}. To tune this law for the gait: gaitopt tune GAIT --law {tuned.family}."
+        )
     if tuned.family in FAMILIES or split_script_law(tuned.family):
         return
     gains = " ".join(f"--gain {shlex.quote(f'{name}={value:.10g}')}" for name, value in tuned.gains.items())

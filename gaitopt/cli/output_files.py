@@ -1,7 +1,7 @@
 """Output files of the commands: accepted suffixes, and checks before the computation of their contents."""
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +67,20 @@ for papers), .svg (vector, for web pages).
             exported = ".py" in kinds and path.suffix.lower() == ".py"
             check_writable(path, heading="" if exported else None)  # the writer rejects other modules
             check_suffix(path, kinds)
+
+
+def describe_earlier(paths: Iterable[Path]) -> str:
+    """Return a sentence on the files that a design without a result did not replace, empty if none exists.
+
+    Examples
+    --------
+    >>> describe_earlier([Path("README.md"), Path("nowhere.h5")])
+    'README.md is unchanged; it is from an earlier design.'
+    """
+    existing = [str(path) for path in paths if path.exists()]
+    if len(existing) > 1:
+        return f"{', '.join(existing)} are unchanged; they are from an earlier design."
+    return f"{existing[0]} is unchanged; it is from an earlier design." if existing else ""
 
 
 @contextlib.contextmanager

@@ -98,7 +98,7 @@ class PlanarLawOption:
         if not is_file_of_gains(self.name):
             return _family_named(self.name, gait, limit, stance_angle=self.stance_angle)
         tuned = load_tuning(self.name)
-        require_known_law(self.name, tuned)
+        require_known_law(self.name, tuned, gait)
         saved = tuned.settings
         limits = saved.torque_limit if self.torque_limit is None else limit
         by_stance_angle = self.stance_angle or saved.stance_angle
@@ -117,6 +117,7 @@ class PlanarLawOption:
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned, changes = load_tuning(self.name), read_numbers(self.gains, "--gain")
+        require_known_law(self.name, tuned, gait)
         if source := split_script_law(tuned.family):
             limit = tuned.settings.torque_limit if self.torque_limit is None else self.torque_limit
             family = custom_design(*source, gait.robot, gait, limit)
@@ -124,7 +125,6 @@ class PlanarLawOption:
                 family = family.by_stance_angle(gait.robot, gait)
             custom: PlanarLaw = make_family_law(family, tuned.gains, self.gains)
             return custom
-        require_known_law(self.name, tuned)
         for gain in changes:
             if gain not in tuned.gains:
                 raise InputError(f"The law {tuned.family!r} has no gain {gain!r}. {suggest(gain, tuned.gains)}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from gaitopt.cli.output import out, print_json, print_reason, report_file
-from gaitopt.cli.output_files import create_folder
+from gaitopt.cli.output_files import create_folder, describe_earlier
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import NoGaitError
@@ -121,7 +121,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
             for path in _paths(folder, name):
                 check_writable(path)
         with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
-            plan = _solve(stated, _paths(folder, names[1])[0])
+            plan = _solve(stated, folder, *names)
             display.describe(f"{stated.name}: test in {count} unseen scenarios")
             tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
         files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
@@ -130,12 +130,14 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
         print_json(result.summarise())
     else:
         _print(result)
+        if not plan.robust and (earlier := describe_earlier(_paths(folder, stem))):
+            out.print(earlier, soft_wrap=True)
     if not result.passed:
         print_reason(result.headline)
     raise typer.Exit(0 if result.passed else 1)
 
 
-def _solve(stated: "RobustProblem", failure: Path) -> "RobustPlan":
+def _solve(stated: "RobustProblem", folder: Path, name: str, failed: str) -> "RobustPlan":
     """Return the plan; if a gait does not exist, its failed solve is written and the error names the file."""
     try:
         return stated.solve()
@@ -144,11 +146,11 @@ def _solve(stated: "RobustProblem", failure: Path) -> "RobustPlan":
             raise
         from gaitopt.cli.failed_solve import write_failure
 
-        file = _describe_failure(write_failure(error.gait, stated.problem, failure))
+        file = _describe_failure(write_failure(error.gait, stated.problem, _paths(folder, failed)[0]))
         script = "the script" if stated.problem.script is None else stated.problem.script.command_text
-        raise NoGaitError(
-            f"{error} {file} The scenarios are in no file: to repeat the design, keep {script}."
-        ) from None
+        repeat = f"The scenarios are in no file: to repeat the design, keep {script}."
+        earlier = describe_earlier(_paths(folder, name))
+        raise NoGaitError(f"{error} {file} {repeat} {earlier}".rstrip()) from None
 
 
 def _describe_failure(failure: "FailureFile") -> str:

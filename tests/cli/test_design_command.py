@@ -110,9 +110,13 @@ def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     assert run.status == 1
     assert "nothing was written: to repeat the design, keep own.py --set torque=0.1" in run.out
     assert not (folder / "own").exists()
+    assert "earlier design" not in run.out
     (folder / "own").mkdir()
-    assert command("design", script(SCRIPT), "--set", "torque=0.1").status == 1
-    assert (folder / "own").is_dir()  # a folder that existed before is kept
+    for number in (1, 2):
+        (folder / "own" / f"own_{number}.h5").write_text("from an earlier design")
+    again = command("design", script(SCRIPT), "--set", "torque=0.1")
+    assert again.status == 1
+    assert f"{Path('own', 'own_1.h5')}, {Path('own', 'own_2.h5')} are unchanged; they are from an earlier" in again.out
 
 
 @pytest.mark.parametrize("setting", ["free=None", "speeds=(0.6,)"])
@@ -228,13 +232,16 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
 
 def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(command, script, folder):
     text = ROBUST.replace('"friction": (0.18, 0.2)', '"friction": (0.02, 0.2)')
+    (folder / "own").mkdir()
+    (folder / "own" / "own.h5").write_text("from an earlier design")
     run = command("design", script(text), "--set", "friction=0.02")
     assert run.status == 1
     assert "No gait was found at friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
     assert "to repeat the design, keep own.py --set friction=0.02." in " ".join(run.err.split())
-    assert [path.name for path in (folder / "own").iterdir()] == ["own_failed.h5"]
+    assert run.err.endswith(f"{Path('own', 'own.h5')} is unchanged; it is from an earlier design.\n")
+    assert {path.name for path in (folder / "own").iterdir()} == {"own.h5", "own_failed.h5"}
     again = command("solve", folder / "own" / "own_failed.h5", "--json")
     assert (again.status, again.json["status"]) == (1, "infeasible")
     assert again.json["conflicts"]

@@ -3,6 +3,7 @@
 import functools
 import json
 import runpy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,6 +88,14 @@ def test_the_basin_of_a_gait_under_a_law(file, tmp_path):
     assert facts["endings"] == ["foot A stick |", "fell"]
     assert facts["saved_gait"] == 0.5
     assert path.exists()
+
+
+def test_gains_of_another_robot_are_refused_with_both_lists_of_actuators(tuned, file, tmp_path):
+    limits = replace(tuned.settings, torque_limit={"ankle": 7.2, "hip": 7.2})
+    gains = save_tuning(replace(tuned, settings=limits), tmp_path / "gains.json")
+    message = "gains of a robot with the actuators ankle, hip, but compass_with_two_feet has ankle A, ankle B, hip"
+    for command in ("stability", "tune"):
+        assert message in str(run(command, file, "--law", gains).exception)
 
 
 def test_tuned_gains_are_saved_and_reloaded(gait, tuned, tmp_path):
