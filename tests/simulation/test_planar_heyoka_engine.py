@@ -222,14 +222,19 @@ def test_torques_of_time_and_state_have_the_same_derivative():
     np.testing.assert_allclose(*derivatives, rtol=1e-8, atol=1e-8)
 
 
-def test_a_torque_that_is_not_smooth_is_integrated_by_the_reference_engine():
+def test_a_torque_that_is_not_smooth_is_integrated_by_the_reference_engine(caplog):
+    planar_taylor_engine._warn_of_reference.cache_clear()
     robot, q, v = vertical_hopper(), np.array([0.7, 0.2]), np.zeros(2)
     assert uses_taylor_series(robot, q, v, {})
+    assert not caplog.messages
     robot, q, v = monopod(), np.array([0, 0.7, 0, 0, 0.6]), np.zeros(5)
     t, s, r = ca.SX.sym("t"), ca.SX.sym("q", 5), ca.SX.sym("v", 5)
     torque = ca.Function("torque", [t, s, r], [ca.vertcat(ca.fabs(r[4]), 0)])
     assert not uses_taylor_series(robot, q, v, {}, torque)
     assert_same_motion(robot, q, v, {}, torque=torque, duration=0.1)
+    assert [message.partition(",")[0] for message in caplog.messages] == [
+        "heyoka does not support the torques of this law"
+    ]
 
 
 def test_dependent_constraints_are_left_to_the_reference_engine():

@@ -205,7 +205,21 @@ def _is_taylor_step(integrator: StepIntegrator) -> bool:
 def _find_flow(phase: PlanarPhase) -> PhaseFlow | None:
     """Return the explicit equations of a phase; None if heyoka does not support its torque."""
     formula = phase.source.formula
-    return None if formula is None else phase_flow(phase.equations, formula)
+    flow = None if formula is None else phase_flow(phase.equations, formula)
+    if flow is None:
+        _warn_of_reference()
+    return flow
+
+
+@functools.cache
+def _warn_of_reference() -> None:
+    """Log once that the reference engine integrates what heyoka does not support."""
+    import logging  # whose import takes as long as that of ten other modules
+
+    logging.getLogger("gaitopt").warning(
+        "heyoka does not support the torques of this law, or forces of this robot, which contain operations that are "
+        "not smooth, such as fabs or if_else. The engine scipy is used, which is slower; tanh and sqrt are supported."
+    )
 
 
 def _agrees(flow: PhaseFlow, phase: PlanarPhase, t: float, y: Array) -> bool:
