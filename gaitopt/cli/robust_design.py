@@ -130,7 +130,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
         print_json(result.summarise())
     else:
         _print(result)
-        if not plan.robust and (earlier := describe_earlier(_paths(folder, stem))):
+        if earlier := describe_earlier(_paths(folder, names[plan.robust])):
             out.print(earlier, soft_wrap=True)
     if not result.passed:
         print_reason(result.headline)

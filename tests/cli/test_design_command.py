@@ -147,8 +147,11 @@ def problem(law="feedforward", friction=0.19):
 
 
 def test_a_robust_gait_is_planned_tested_and_saved(command, script, folder):
+    (folder / "here").mkdir()
+    (folder / "here" / "own_failed.h5").write_text("from an earlier design")
     run = command("design", script(ROBUST), "--count", "3", "-o", "here")
     assert run.status == 0, run.err
+    assert run.out.endswith(f"{Path('here', 'own_failed.h5')} is unchanged; it is from an earlier design.\n")
     assert run.out.startswith("robust: 2 of 2 candidate scenarios survived under feedforward, additional cost +")
     assert "; 3 of 3 unseen scenarios survived\n" in run.out
     assert "gait in unseen scenarios: maintained at 3 of 3 friction coefficients" in run.out
