@@ -19,6 +19,9 @@ __all__ = ["Parameter"]
 _NO_NUMBERS = (str, bytes, bytearray, complex, bool, np.bool_)
 """Types whose values Python converts to numbers although they are something else."""
 
+NONNEGATIVE = ("mass", "inertia", "length", "friction")
+"""Ends of the names of parameters that are not negative."""
+
 LARGEST_COUNT = 2.0**53
 """Largest count or seed: all whole numbers up to it have a floating-point representation."""
 
@@ -37,7 +40,8 @@ class Parameter:
     unit : str
         Unit, ``"1"`` if the number is dimensionless.
     lower, upper : float
-        Bounds; `lower` is excluded when `lower_open`.
+        Bounds; `lower` is excluded when `lower_open`.  By default names that end with mass, inertia, length or friction
+        have the lower bound 0.
     infinite, whole : bool
         Whether infinity is valid, and whether only whole numbers are.
     at_most : str
@@ -61,6 +65,10 @@ class Parameter:
     infinite: bool = False
     whole: bool = False
     at_most: str = ""
+
+    def __post_init__(self) -> None:
+        if math.isinf(self.lower) and self.name.endswith(NONNEGATIVE):
+            object.__setattr__(self, "lower", 0.0)
 
     def check(self, value: object) -> float:
         """Return `value` as a float, or raise :class:`InputError` with the valid values.

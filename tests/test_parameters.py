@@ -216,3 +216,9 @@ def test_options_are_frozen_keys_of_caches_and_fit_for_other_processes(options):
     assert hash(copy) == hash(options)
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         setattr(options, attrs.fields(type(options))[0].name, 1)
+
+
+@pytest.mark.parametrize(("name", "lower"), [("leg_mass", 0.0), ("rest_length", 0.0), ("offset", -math.inf)])
+def test_masses_and_lengths_are_not_negative_by_default(name, lower):
+    assert Parameter(name, 1.0, "1", "").lower == lower
+    assert Parameter(name, 1.0, "1", "", lower=-2.0).lower == -2.0

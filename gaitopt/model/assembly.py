@@ -15,7 +15,7 @@ from gaitopt.locks import ONE_AT_A_TIME, one_at_a_time
 from gaitopt.model.contacts import accelerations
 from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
-from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
+from gaitopt.model.expression_check import check_constants, check_inertias, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force
 from gaitopt.model.mechanics import Body, Mechanics, body_points, derive
 from gaitopt.model.robot import Coordinates, Robot
@@ -209,6 +209,7 @@ def _check_expressions(
     expressions = points | scalars | {f"exchanged angle {number}": angle for number, angle in angles}
     check_constants(name, expressions)
     check_symbols(name, expressions, coordinates, "c.angle(...), c.parameter(...) and c.foot")
+    check_inertias(name, scalars, (coordinates.p, coordinates.parameters))
 
 
 def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Drawing | None) -> None:

@@ -12,6 +12,7 @@ from gaitopt.motion.motion import LARGEST, Array, Motion, are_finite
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.parameters import NONNEGATIVE
 
 _TYPES: dict[Any, tuple[type, ...]] = {float: (int, float), int: (int,), str: (str,), bool: (int, bool)}
 """Accepted types of the values of a field by its type, the usual one last."""
@@ -105,7 +106,7 @@ def _check_solution(solution: Solution) -> None:
 def _check_parameters(parameters: Mapping[str, float]) -> None:
     for name, value in parameters.items():
         _require(not math.isnan(value), f"parameter {name}", value, "a number")
-        if name.endswith(("mass", "inertia", "length", "friction")):
+        if name.endswith(NONNEGATIVE):
             _require(value >= 0, f"parameter {name}", value, ">= 0")
     _require(parameters.get("gravity", 1.0) > 0, "parameter gravity", parameters.get("gravity"), "> 0")
     for name in ("gravity", "slope", "friction"):

@@ -264,9 +264,11 @@ def test_a_negative_mass_is_named_by_its_sign_and_its_body():
     ):
         with pytest.raises(InputError, match=message):
             make()
-    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY, Parameter("leg_mass", -6.0, "kg", "mass of a leg")])
-    bodies = [PointMass(c.parameter("leg_mass"), ca.vertcat(c.coordinate("x"), c.coordinate("y")))]
-    (fault,) = check_planar(biped(c, bodies=bodies)).faults
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY, Parameter("leg_mass", 2.0, "kg", "mass of a leg", lower=-9)])
+    place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    with pytest.raises(InputError, match=r"mass of body 1 must .* got -4 with the default .* \(leg_mass = 2 kg\)\.$"):
+        biped(c, bodies=[PointMass(-2 * c.parameter("leg_mass"), place)])
+    (fault,) = check_planar(biped(c, bodies=[PointMass(c.parameter("leg_mass"), place)]), {"leg_mass": -6}).faults
     assert fault.endswith("a mass or an inertia that moves with 'x', 'y' is negative (leg_mass = -6 kg).")
 
 

@@ -12,7 +12,7 @@ from gaitopt.lazy import Deferred
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
-from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
+from gaitopt.model.expression_check import check_constants, check_inertias, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force, Potential
 from gaitopt.model.mechanics import Body, Mechanics, RigidLink, body_points, derive
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, ContactEntry
@@ -99,6 +99,7 @@ def assemble_planar(
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
     check_symbols(name, labelled, coordinates, "c.coordinate(...) and c.parameter(...)")
+    check_inertias(name, labelled, (coordinates.p, coordinates.parameters))
     _check_gaps(name, contacts, coordinates.q)
     mechanics = derive(bodies, coordinates.q, coordinates.v, coordinates.gravity, every)
     index = {point: i for i, point in enumerate(places)}
