@@ -10,6 +10,7 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.cli.engine_advice import EngineAdvice
 from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, format_limits, print_endurance, resume_text
 from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
 from gaitopt.cli.options import (
@@ -114,7 +115,9 @@ def push(
     gait = load_feedback_gait(file, problem)
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
     used, test = engine_for(gait.robot, engine), PushTest(starts=starts)
+    advice = EngineAdvice(hidden=json or quiet)
     cycle = assess_stability(gait, chosen, engine=used)
+    advice.give(_choose_engine(chosen, gait, used))
     tested = _ControlledGait(gait=gait, law=chosen, cycle=cycle, test=test, engine=used)
     settings: dict[str, Any] = {"law": title, "radius": cycle.radius, "steps": steps, "starts": starts, "ball": ball}
     settings |= {"friction": cycle.parameters["friction"], "torque_limits": _name_limits(gait, chosen)}
@@ -124,7 +127,7 @@ def push(
             tested.find_margins(results, steps, team, hidden=json)
         tested.measure_recoveries(results, title, ball, hidden=json)
     record = RobustnessRecord(**settings, **results.parts)
-    facts = {"law": title, "engine": _name_engine(chosen, gait, used), "radius": cycle.radius, "steps": steps}
+    facts = {"law": title, "engine": _choose_engine(chosen, gait, used).name, "radius": cycle.radius, "steps": steps}
     facts |= {**endurance_facts(record), "seconds": time.perf_counter() - began}
     facts |= {"unfinished": [found._asdict() for found in results.unfinished]} if record.missing else {}
     with defer_interrupt():  # a repeated one must not lose the finished kinds
@@ -316,12 +319,14 @@ def _read_kinds(tested: _ControlledGait, stated: Sequence[str] | None) -> tuple[
     return tuple(kind for kind in known if kind in names)
 
 
-def _name_engine(law: "Law | PlanarLaw", gait: "AnyGait", stated: "Engine | PlanarEngine | None") -> str:
-    """Return the name of the engine that simulates the walks of a gait."""
+def _choose_engine(
+    law: "Law | PlanarLaw", gait: "AnyGait", stated: "Engine | PlanarEngine | None"
+) -> "Engine | PlanarEngine":
+    """Return the engine that simulates the walks of a gait."""
     from gaitopt.control.law import Law
     from gaitopt.motion.gait import Gait
     from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 
     if isinstance(gait, Gait) and isinstance(law, Law):
-        return choose_engine(stated, law, gait.robot).name
-    return choose_planar_engine(stated).name
+        return choose_engine(stated, law, gait.robot)
+    return choose_planar_engine(stated)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import attrs
 import typer
 
+from gaitopt.cli.engine_advice import EngineAdvice
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     EngineName,
@@ -218,10 +219,13 @@ def _trace_request(
 
     over, second = ranges
     other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second").axis
+    advice = EngineAdvice(hidden=hidden)
     inputs = _trace_inputs(request, over, hidden=hidden)
     walk, axis, start = inputs.problem, inputs.axis, inputs.start
     progress = TraceProgress(display, next(iter(axis)), inputs.unit, inputs.factor)
-    options = attrs.evolve(options, engine=_find_engine(request.engine, walk))
+    engine = _find_engine(request.engine, walk)
+    advice.give(engine)
+    options = attrs.evolve(options, engine=engine)
     if start is not None and not start.stable and not hidden:
         err.print(f"The saved gait is unstable (spectral radius {start.radius:.4g}).", soft_wrap=True)
     diagram = _trace(walk, axis, start, options, progress)

@@ -1,0 +1,40 @@
+"""Commands whose walks are slow state how they become faster."""
+
+import pytest
+
+from gaitopt.cli import engine_advice
+from gaitopt.cli.engine_advice import EngineAdvice
+from gaitopt.simulation import planar_engine_named
+from gaitopt.simulation.scipy_engine import ScipyEngine
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    monkeypatch.setattr(engine_advice, "SLOW", 0.0)
+
+
+def test_a_slow_assessment_of_several_contacts_leads_to_the_advice(slow, capsys):
+    EngineAdvice(hidden=False).give(planar_engine_named("scipy"))
+    assert "--engine heyoka" in capsys.readouterr().err
+    EngineAdvice(hidden=True).give(planar_engine_named("scipy"))
+    assert not capsys.readouterr().err
+
+
+def test_a_package_that_is_missing_is_named(slow, capsys, monkeypatch):
+    monkeypatch.setattr("gaitopt.simulation.engine_choice.find_spec", lambda name: None)
+    EngineAdvice(hidden=False).give(ScipyEngine())
+    assert "pip install 'gaitopt[fast]'" in capsys.readouterr().err
+
+
+def test_a_quick_assessment_leads_to_none(capsys):
+    EngineAdvice(hidden=False).give(planar_engine_named("scipy"))
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words", [("trace", "--over", "friction=0.8:0.79"), ("push", "--kind", "recovery", "--starts", 1)]
+)
+def test_the_commands_give_the_advice(command, root, slow, words):
+    verb, *options = words
+    run = command(verb, root / "docs/examples/heel_toe.h5", *options)
+    assert "With stiff feedback the heyoka engine is about ten times faster" in run.err
