@@ -2,6 +2,7 @@
 
 import pytest
 
+from gaitopt import InputError
 from gaitopt.cli import engine_advice
 from gaitopt.cli.engine_advice import EngineAdvice
 from gaitopt.simulation import planar_engine_named
@@ -31,10 +32,17 @@ def test_a_quick_assessment_leads_to_none(capsys):
     assert not capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "words", [("trace", "--over", "friction=0.8:0.79"), ("push", "--kind", "recovery", "--starts", 1)]
-)
-def test_the_commands_give_the_advice(command, root, slow, words):
+TRACE, PUSH = ("trace", "--over", "friction=0.8:0.79"), ("push", "--kind", "recovery", "--starts", "1")
+
+
+@pytest.mark.parametrize("words", [TRACE, PUSH], ids=["trace", "push"])
+def test_the_commands_give_the_advice_before_their_walks(command, root, slow, monkeypatch, words):
+    def stop(*arguments, **options):
+        raise InputError("stopped")
+
+    monkeypatch.setattr("gaitopt.cli.trace_command._trace", stop)
+    monkeypatch.setattr("gaitopt.cli.push_command._resume", stop)
     verb, *options = words
     run = command(verb, root / "docs/examples/heel_toe.h5", *options)
+    assert run.err.endswith("Error: stopped\n")
     assert "With stiff feedback the heyoka engine is about ten times faster" in run.err
