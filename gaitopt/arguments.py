@@ -186,6 +186,7 @@ def _find_wrong_argument(
 ) -> str | None:
     """Return a sentence on the first argument that is unknown or does not fit its annotation; None if all are valid.
 
+    A text in place of an object comes last, because it may be its accepted name, such as a contact sequence.
     With `numbers`, numbers fit where an expression is expected.
     """
     signature = _read_signature(function)
@@ -193,6 +194,7 @@ def _find_wrong_argument(
         bound = signature.bind(*arguments, **options)
     except TypeError:
         return _find_unknown_argument(signature, name, len(arguments), options)  # Python names a missing argument
+    named = None
     for argument, value in bound.arguments.items():
         parameter = signature.parameters[argument]
         if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
@@ -202,8 +204,11 @@ def _find_wrong_argument(
             number = "a finite number or " if numbers else ""
             accepted = _describe(kind).replace(EXPRESSION, f"{number}{EXPRESSION}")
             cause = f": {NAN_CAUSES}" if number and isinstance(value, float) and math.isnan(value) else ""
-            return f"{name}: {argument} must be {accepted}, got {_shorten(value)}{cause}."
-    return None
+            wrong = f"{name}: {argument} must be {accepted}, got {_shorten(value)}{cause}."
+            if not (isinstance(value, str) and getattr(kind, "__module__", "").startswith("gaitopt.")):
+                return wrong
+            named = named or wrong
+    return named
 
 
 def _find_unknown_argument(signature: inspect.Signature, name: str, count: int, options: dict[str, Any]) -> str | None:

@@ -35,16 +35,27 @@ class Iteration:
         Objective in its unit (dimensionless for a cost of transport).
     infeasibility : float
         Largest violation of a scaled constraint.
+    intervals : int
+        Number of intervals of the grid if the solve continues from another solution of the gait, as on a refined grid;
+        otherwise 0.
 
     Examples
     --------
     >>> Iteration(3, 0.016, 1e-9).number
     3
+    >>> Iteration(3, 0.016, 1e-9, intervals=32).grid
+    ' on 32 intervals'
     """
 
     number: int
     objective: float
     infeasibility: float
+    intervals: int = 0
+
+    @property
+    def grid(self) -> str:
+        """The intervals as the continuation of a text; empty at a first solve."""
+        return f" on {self.intervals} intervals" if self.intervals else ""
 
 
 @dataclass(frozen=True)
@@ -234,7 +245,8 @@ class ProgressLine:
 def _describe_step(step: Iteration | HomotopyIteration | TuningStep | VerificationStep | int, total: int | None) -> str:
     match step:
         case Iteration():
-            return f"iteration {step.number}, objective {step.objective:.6g}, infeasibility {step.infeasibility:.1e}"
+            numbers = f"objective {step.objective:.6g}, infeasibility {step.infeasibility:.1e}"
+            return f"iteration {step.number}{step.grid}, {numbers}"
         case HomotopyIteration():
             return f"relaxation {step.relaxation:.0e}, objective {step.objective:.6g}, {step.status}"
         case TuningStep():

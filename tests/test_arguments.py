@@ -160,6 +160,12 @@ def test_the_problem_of_an_optimal_gait_is_followed_by_another_function():
         gaitopt.trace(problem, {"friction": (0.1, 0.2)})
 
 
+@pytest.mark.parametrize("parameters", [["hip_mass"], "hip_mass"])
+def test_the_accepted_name_of_an_object_is_not_reported_instead_of_a_wrong_argument(parameters):
+    with pytest.raises(InputError, match=r"^GaitProblem: parameters must be a mapping from a string to a number, got"):
+        GaitProblem(robot=compass_biped(), sequence="stick | stick", parameters=parameters)
+
+
 def test_robust_gaits_have_one_foot_on_the_ground():
     problem = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1, speed=1, step_length=0.5)
     with pytest.raises(InputError, match=r"with one foot on the ground .* tune a law of its gait for several friction"):

@@ -164,7 +164,8 @@ def _solve(stated: Any, display: Display, *, verbose: bool) -> "FamilyGaits":
     from gaitopt.simulation.verification import verify
 
     def observe(step: "Iteration | HomotopyIteration") -> None:
-        text = f"iteration {step.number:3d}   objective {step.objective:.6f}"
+        grid = getattr(step, "grid", "")  # steps of a homotopy have none
+        text = f"iteration {step.number:3d}{grid}   objective {step.objective:.6f}"
         display.describe(text)
         if verbose:
             err.print(text)

@@ -262,7 +262,8 @@ def _observer(display: Display, objective: str, steps: bool, iterations: bool) -
             lines = homotopy_lines(step, objective) if steps else []
             err.print(*lines, sep="\n", end="\n" if lines else "")
             return
-        text = f"iteration {step.number:3d}   {objective} {step.objective:.6f}   infeasibility {step.infeasibility:.1e}"
+        numbers = f"{objective} {step.objective:.6f}   infeasibility {step.infeasibility:.1e}"
+        text = f"iteration {step.number:3d}{step.grid}   {numbers}"
         display.describe(text)
         if iterations:
             err.print(text)

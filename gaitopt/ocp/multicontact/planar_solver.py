@@ -44,7 +44,7 @@ from gaitopt.ocp.nlp.nlp_solver import NlpResult, NlpSolver
 from gaitopt.ocp.solution.diagnosis import violations
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.method import check_count
-from gaitopt.progress import Observer, silent
+from gaitopt.progress import Iteration, Observer, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
@@ -202,10 +202,13 @@ class _Start:
         solver = self.solver
         if isinstance(solver, Ipopt) and limit < solver.max_iterations:
             solver = evolve(solver, max_iterations=limit)
-        data = planar_data(problem)
+        data, intervals = planar_data(problem), sum(problem.counts) if is_near else 0
+
+        def observe(step: Iteration) -> None:
+            self.observer(replace(step, intervals=intervals))
 
         def minimise(initial: Array, within: Bounds, known: tuple[Array, Array] | None) -> NlpResult:
-            return solver.minimise(transcription.nlp, initial, data, within, self.observer, known, BARRIER_NEARBY)
+            return solver.minimise(transcription.nlp, initial, data, within, observe, known, BARRIER_NEARBY)
 
         outcome = minimise_without_drift(minimise, transcription, data, bounds, x, multipliers)
         self.iterations += outcome.iterations
