@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import gaitopt
-from gaitopt import InputError, Limits, compass_biped
+from gaitopt import GaitProblem, InputError, Limits, compass_biped
 from gaitopt.arguments import check_arguments
 from gaitopt.design import RobustProblem
 from gaitopt.model import monopod
