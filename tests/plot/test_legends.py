@@ -153,6 +153,23 @@ def test_bars_compare_robots_of_any_weight_by_their_costs_of_transport(slipping)
     assert totals == pytest.approx([gait.cost_of_transport for gait in comparison.gaits.values()])
 
 
+def test_thin_parts_of_bars_have_their_colours(slipping):
+    bars = plot_comparison(compare([slipping])).axes[-1]
+    labels = [text.get_text() for text in bars.get_legend().get_texts()]
+    samples = dict(zip(labels, bars.get_legend().get_patches(), strict=True))
+    parts = {
+        label: [patch for patch in bars.patches if patch.get_facecolor() == samples[label].get_facecolor()]
+        for label in labels
+    }
+    assert set(parts) == {"impact", "friction", "2 \N{MULTIPLICATION SIGN} braking"}
+    for label, patches in parts.items():
+        drawn = [patch for patch in patches if patch.get_height() > 0]
+        assert len(drawn) == 1
+        assert drawn[0].get_linewidth() == 0  # of a white edge
+        assert not drawn[0].get_hatch()
+        assert bool(samples[label].get_hatch()) == (label != "impact")
+
+
 def test_the_force_in_the_cone_is_a_line_for_each_phase(slipping_both_ways):
     axes = Figure().add_subplot()
     ForceDiagram(axes, slipping_both_ways)
