@@ -81,6 +81,22 @@ def test_a_legend_on_a_narrow_page_has_two_columns_if_the_texts_fit():
             assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
 
 
+@pytest.mark.parametrize(("names", "columns", "height"), [("stick | stick, 16 steps", 2, 0.8), ("swing thigh", 3, 0.5)])
+def test_lines_of_a_legend_are_close_to_each_other_if_there_are_many_and_columns_if_this_adds_one(
+    names, columns, height
+):
+    with FigureStyle(width=3.5).figure(4.6) as figure:
+        labels = [names] * 9
+        handles = figure.subplots().plot([[0.0] * len(labels)])
+        legend = add_page_legend(figure, handles, labels, columns=4, width=3.5, loc="outside upper left")
+        FigureCanvasAgg(figure).draw()
+        box = legend.get_window_extent()
+        assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
+    assert box.width < figure.bbox.width
+    assert box.height < height * figure.dpi
+    assert overlapping(legend.get_texts()) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_of_a_gait_are_inside_the_page(gait, width):
