@@ -88,7 +88,7 @@ def draw_instant_labels(
             continue  # the instant of the landing
         named.add(id(instant.segment))
         labels = _list_labels(motion, instant.segment)
-        area = _place_labels([text for text, _ in labels], corner[0], letter, areas)
+        area = _place_labels(labels, corner[0], letter, areas)
         for row, (text, look) in enumerate(labels, area.top):
             axes.annotate(text, corner, (0, -(SLIDE_TOP + SLIDE_HEIGHT * row) * size), **look, **below)
 
@@ -152,15 +152,21 @@ def _list_labels(motion: MotionView, segment: PhaseView) -> list[tuple[str, dict
     return labels
 
 
-def _place_labels(texts: Sequence[str], place: float, letter: float, areas: list[_LabelArea]) -> _LabelArea:
-    """Return the highest area for texts at a place that does not overlap earlier ones, and add it to them."""
-    longest = max((len(line) for text in texts for line in text.splitlines()), default=0)
-    half = letter * BOLD_LETTER * (longest + GAP) / 2
-    area = _LabelArea(place - half, place + half, 0, len(texts))
-    while texts and (others := [other for other in areas if area.overlaps(other)]):
+def _place_labels(
+    labels: Sequence[tuple[str, dict[str, Any]]], place: float, letter: float, areas: list[_LabelArea]
+) -> _LabelArea:
+    """Return the highest area for labels at a place that does not overlap earlier ones, and add it to them."""
+    widths = [
+        (len(line) + GAP) * (BOLD_LETTER if "weight" in look else LETTER)
+        for text, look in labels
+        for line in text.splitlines()
+    ]
+    half = letter * max(widths, default=0.0) / 2
+    area = _LabelArea(place - half, place + half, 0, len(labels))
+    while labels and (others := [other for other in areas if area.overlaps(other)]):
         top = max(other.bottom for other in others)
-        area = area._replace(top=top, bottom=top + len(texts))
-    if texts:
+        area = area._replace(top=top, bottom=top + len(labels))
+    if labels:
         areas.append(area)
     return area
 
