@@ -120,7 +120,10 @@ def add_page_legend(
     wrapped = [show_minus(wrap_text(label, int(LETTERS_PER_INCH * width))) for label in labels]
     most = min(columns, len(wrapped))
     for count in range(most, 0, -1):
-        close = CLOSE_LINES if -(-len(wrapped) // count) > FEW_LINES else {}
+        lines = -(-len(wrapped) // count)
+        if count > 1 and lines * (count - 1) >= len(wrapped):  # fewer columns of as many lines are of equal length
+            continue
+        close = CLOSE_LINES if lines > FEW_LINES else {}
         for distances in ({}, NARROW_COLUMNS) if count > 1 else ({},):
             legend = owner.legend(handles, wrapped, ncols=count, **(close | distances | placement))
             if count == 1 or legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:

@@ -97,6 +97,15 @@ def test_lines_of_a_legend_are_close_to_each_other_if_there_are_many_and_columns
     assert overlapping(legend.get_texts()) == []
 
 
+def test_columns_of_a_legend_differ_by_at_most_one_line_if_they_need_no_further_line():
+    for count, columns in ((4, 4), (5, 3), (6, 3), (9, 3)):
+        with FigureStyle().figure(4.6) as figure:
+            handles = figure.subplots().plot([[0.0] * count])
+            legend = add_page_legend(figure, handles, ["stick | stick"] * count, columns=4, width=7.2)
+            FigureCanvasAgg(figure).draw()
+            assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_of_a_gait_are_inside_the_page(gait, width):
