@@ -110,7 +110,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     title : str, optional
         First line of the title; by default the name of the problem.  The second line is the contact sequence, without
         its last phases if it is longer than the figure allows, the third one the minimised objective and further
-        numbers that have space.
+        numbers that have space; speed and step length have another line if necessary.
     style : FigureStyle, optional
         Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no space for enlargements.
 

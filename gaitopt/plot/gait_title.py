@@ -18,7 +18,7 @@ ALWAYS_STATED = ("speed ", "step length ")
 
 
 def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
-    r"""Return the title in three lines: name, contact sequence, and as many of the main numbers as fit in a line.
+    r"""Return the title: a line each for the name, the contact sequence, and the main numbers that fit in it.
 
     Speed and step length have a further line if they do not fit in it.
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gaitopt import FigureStyle, InputError, animate, load, plot_gait
+from gaitopt import FigureStyle, InputError, animate, load, plot_gait, simulate
 from gaitopt.cli.script import call_script
 from gaitopt.model import (
     PlanarCoordinates,
@@ -380,3 +380,13 @@ def test_no_force_of_a_stick_figure_extends_above_the_walker(hop_gait, slipping)
         longest = max(float(np.ptp(force)) for force in forces)
         assert longest <= 1.01 * height
         assert (longest > 0.9 * height) == limited  # a force equal to the weight is 0.3 times as long as the walker
+
+
+def test_labels_of_slides_that_lie_apart_are_level(wheel):
+    parameters = {"spokes": 10.0, "slope": np.radians(13.0), "friction": 0.3}
+    states = (np.array([0, 0, -np.pi / 10]), np.array([0, 0, 2.375]))  # close to its periodic gait
+    motion = simulate(wheel, *states, parameters, steps=4).motion
+    axes = axes_of(plot_motion(motion, style=FigureStyle(width=3.5)))["stick figures"]
+    slides = [text for text in axes.texts if "mm" in text.get_text()]
+    assert len(slides) == 4
+    assert len({text.get_position()[1] for text in slides}) == 1
