@@ -362,35 +362,3 @@ def count_steps(sequence: str) -> str:
     """
     steps = sequence.split("; ")
     return f"{len(steps)} x ({steps[0]})" if len(steps) > 1 and len(set(steps)) == 1 else sequence
-
-
-def name_gaits(sequence: str, steps: int) -> str:
-    """Return the name of the gaits of one period in a legend: their contact sequence, and the period if it is longer.
-
-    Parameters
-    ----------
-    sequence : str
-        Sequences of the steps.
-    steps : int
-        Period of the gaits in steps.
-
-    Examples
-    --------
-    >>> name_gaits("stick | stick", 1), name_gaits("stick | stick", 4)
-    ('stick | stick', 'stick | stick, 4 steps')
-    """
-    name = distinct_steps(omit_outcome(sequence))
-    return name if steps == 1 else f"{name}, {steps} steps"
-
-
-def list_gait_names(diagram: BranchDiagram) -> list[str]:
-    """Return the names of the gaits of a diagram in order of appearance, see :func:`name_gaits`; each has one colour.
-
-    Examples
-    --------
-    >>> from gaitopt import load_diagram
-    >>> list_gait_names(load_diagram("docs/examples/compass_slope.nc"))[:2]
-    ['stick | stick', 'stick | stick, 2 steps']
-    """
-    pairs = ((branch.steps, name) for branch in diagram.branches for name in branch.sequences)
-    return list(dict.fromkeys(name_gaits(name, steps) for steps, name in pairs))

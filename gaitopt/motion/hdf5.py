@@ -42,6 +42,10 @@ JSON_CONTENTS = {
 }
 """Contents of the JSON files of gaitopt by their format, and the commands that accept them."""
 
+DRAWINGS = dict.fromkeys((".png", ".pdf", ".svg"), "figure") | dict.fromkeys((".gif", ".mp4"), "animation")
+DRAWINGS |= {".html": "page"}
+"""What files with a suffix are that gaitopt writes of a result, and that do not contain it."""
+
 _CACHED_SIZE = 1_000_000
 """Size from which a file is checked once, as long as it does not change [bytes]."""
 
@@ -137,6 +141,7 @@ def _open_and_check(path: Path, omit: Container[str]) -> Iterator[tuple[h5py.Fil
         missing = not path.exists()
         raise ArchiveError(describe_missing_file(path) if missing else f"{path} is a device, a pipe or a socket.")
     _refuse_json(path)
+    _refuse_drawing(path)
     if path.suffix == ".py":
         raise ArchiveError(f"{path} is a script, not a result; solve it first: gaitopt solve {path}.")
     try:
@@ -167,6 +172,21 @@ def _refuse_json(path: Path) -> None:
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return
     raise ArchiveError(f"{path} contains {content.format(path=path)}.")
+
+
+def _refuse_drawing(path: Path) -> None:
+    """Raise ArchiveError if a file has the suffix of a figure, an animation or a page."""
+    kind = DRAWINGS.get(path.suffix.lower())
+    if kind is None:
+        return
+    beside = [path.with_suffix(suffix) for suffix in (".h5", ".nc", ".json")]
+    result = next((f", such as {file}" for file in beside if file.is_file()), " (.h5, .nc or .json)")
+    program = "a browser" if kind == "page" else "a viewer"
+    article = "an" if kind == "animation" else "a"
+    raise ArchiveError(
+        f"{path} is {article} {kind}, which does not contain the result that it shows; open it in {program}, or "
+        f"specify the file of its result{result}."
+    )
 
 
 def _verify_once(path: Path) -> bool:

@@ -10,17 +10,18 @@ from gaitopt.arguments import check_arguments
 from gaitopt.continuation.branch_diagram import (
     BranchDiagram,
     GaitBranch,
-    list_gait_names,
-    name_gaits,
     split_branch,
 )
+from gaitopt.continuation.gait_names import name_gaits
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity, show_unit
 from gaitopt.plot.legends import add_page_legend, extend_page
+from gaitopt.plot.panels import widen_constant
 from gaitopt.plot.radius_curves import interpolate_radii
-from gaitopt.plot.style import FigureStyle, angle_symbol, line_style, root_figure
+from gaitopt.plot.special_marks import ABOVE_MARKERS, LEAST_MARKER, SpecialMark, choose_marker_size, draw_special_marks
+from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,18 +53,6 @@ MARKERS: dict[str, Any] = {
 }
 """Marker of each kind of special point, by its label; those at which branches end consist of lines."""
 
-LINES_ONLY = ("x", "+", "|", (6, 2, 0), "1", "2", "3", "4")
-"""Markers that have no area."""
-
-MARKER, LEAST_MARKER = 5.0, 2.0
-"""Sizes of the markers of gaits of one step, and of long periods, whose special points are close together [pt]."""
-
-MARKER_SHARE = 0.15
-"""Largest size of a marker over the extent of its branch, which it would otherwise hide."""
-
-ABOVE_MARKERS = 6
-"""Drawing order of lines above all markers."""
-
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
 STABLE_PIECE, UNSTABLE_PIECE = "_stable", "_unstable"
@@ -85,6 +74,9 @@ LINE, MOST_LINES = 58, 3
 
 LETTERS_PER_INCH, AXIS_WIDTH = 15.5, 0.75
 """Characters of the title per inch, and width of the labels of the vertical axis, where it does not extend [inch]."""
+
+Colors = dict[tuple[str, int], Any]
+"""Colours of the gaits of different steps and of a period."""
 
 
 @check_arguments
@@ -129,7 +121,8 @@ def plot_branches(
         raise InputError(f"The gaits have no coordinate {coordinate!r}. {suggest(coordinate, units)}")
     style, factor = style or FigureStyle(), math.degrees(1) if units[coordinate] == "rad" else 1.0
     angular = diagram.unit == "rad"
-    colors = {name: line_style(number)["color"] for number, name in enumerate(list_gait_names(diagram))}
+    names = name_gaits(diagram)
+    colors = {gaits: line_style(number)["color"] for number, gaits in enumerate(names)}
     several_steps, cut = any(branch.steps > 1 for branch in diagram.branches), _find_cut(diagram)
     drawn: list[tuple[GaitBranch, Array, Array]] = []
     with style.figure(5.2) as figure:
@@ -142,17 +135,21 @@ def plot_branches(
             _draw_branch(upper, branch, values, heights, colors)
             _draw_radii(lower, branch, colors, cut, angular=angular)
             drawn.append((branch, values, heights))
-        for branch, values, heights in drawn:  # the sizes of the markers depend on the extent of all branches
-            size = _choose_marker_size(upper, branch.steps, values, heights)
-            _mark(upper, diagram, branch, branch.names.index(coordinate), factor, size)
+        widen_constant(upper)
+        marks: list[SpecialMark] = []
+        for number, (branch, values, heights) in enumerate(drawn):  # sizes depend on the extent of all branches
+            size = choose_marker_size(upper, branch.steps, values, heights)
+            place = branch.names.index(coordinate), factor
+            marks += _list_marks(diagram, branch, number, place, size, np.column_stack([values, heights[:, 0]]))
             if size <= LEAST_MARKER:  # the markers would hide a branch that is hardly longer than they are
                 _draw_branch(upper, branch, values, heights, colors, zorder=ABOVE_MARKERS)
+        draw_special_marks(upper, marks)
         lower.axhline(1, **(style.limit_line | {"linestyle": ":"}))  # dashes are unstable gaits
         lower.set(ylabel=RADIUS_LABELS[several_steps], xlabel=_parameter_label(diagram), ylim=(0, find_top(lower, cut)))
         _state_cut_radii(lower, diagram)
         figure.align_ylabels()
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
-        handles, labels = _legend(upper, colors)
+        handles, labels = _legend(upper, {names[gaits]: color for gaits, color in colors.items()})
         lines = [[np.column_stack([values, row]) for row in heights.T] for _, values, heights in drawn]
         state_coincidence(upper, lines, handles, labels)
         legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
@@ -291,14 +288,14 @@ def _parameter_label(diagram: BranchDiagram) -> str:
 
 
 def _draw_branch(
-    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: dict[str, Any], zorder: float = 2
+    axes: "Axes", branch: GaitBranch, values: Array, rows: Array, colors: Colors, zorder: float = 2
 ) -> None:
     """Draw a coordinate of a branch in pieces of equal sequence and stability, which have common points."""
     for piece, sequence, stable in split_branch(branch):
         axes.plot(values[piece], rows[piece], zorder=zorder, **_piece_style(branch, sequence, stable, colors))
 
 
-def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], cut: float, *, angular: bool) -> None:
+def _draw_radii(axes: "Axes", branch: GaitBranch, colors: Colors, cut: float, *, angular: bool) -> None:
     """Draw the spectral radius of a branch, which is discontinuous between pieces of different sequences."""
     curves = interpolate_radii(branch)
     for piece, sequence, stable in split_branch(branch, joined=False):
@@ -307,41 +304,28 @@ def _draw_radii(axes: "Axes", branch: GaitBranch, colors: dict[str, Any], cut: f
         axes.plot(values, np.minimum(radii, 2 * cut), **_piece_style(branch, sequence, stable, colors))
 
 
-def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: dict[str, Any]) -> dict[str, Any]:
+def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: Colors) -> dict[str, Any]:
     """Return colour, dashes and label of the line of a piece of a branch."""
     look = STABLE | {"label": STABLE_PIECE} if stable else UNSTABLE | {"label": UNSTABLE_PIECE}
-    return {"color": colors[name_gaits(sequence, branch.steps)], **look}
+    return {"color": colors[sequence, branch.steps], **look}
 
 
-def _mark(axes: "Axes", diagram: BranchDiagram, branch: GaitBranch, place: int, factor: float, size: float) -> None:
-    """Mark the special points of a branch at each step of their period."""
+def _list_marks(
+    diagram: BranchDiagram, branch: GaitBranch, number: int, shown: tuple[int, float], size: float, line: Array
+) -> list[SpecialMark]:
+    """Return the markers of the special points of a branch.
+
+    The coordinate that is shown is given by its number and the factor to its unit.
+    """
+    place, factor = shown
+    marks = []
     for point in branch.special:
         value = math.degrees(point.value) if diagram.unit == "rad" else point.value
         heights = factor * branch.orbit_of(point)[:, place]
+        places = np.column_stack([np.full(heights.size, value), heights])
         marker = MARKERS.get(point.label, "x")
-        fill: dict[str, Any] = {} if marker in LINES_ONLY else {"markerfacecolor": "white"}
-        axes.plot(
-            np.full(heights.size, value),
-            heights,
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            color="0.15",
-            markeredgewidth=size / MARKER,
-            zorder=ABOVE_MARKERS - 1,
-            label=point.label,
-            **fill,
-        )
-
-
-def _choose_marker_size(axes: "Axes", steps: int, values: Array, heights: Array) -> float:
-    """Return the size of the markers of a branch [pt], which is small if the branch is short in axes that show all."""
-    extents = np.array([np.ptp(values), np.nanmax(np.ptp(heights, axis=0))])
-    total = np.asarray(axes.dataLim.size)
-    shares = extents / np.where(total > 0, total, 1.0)
-    box, figure = axes.get_window_extent(), root_figure(axes)
-    length = float(np.hypot(*(shares * box.size))) * 72 / (figure.dpi if figure else 72)
-    return max(min(MARKER / math.sqrt(steps), MARKER_SHARE * length), LEAST_MARKER)
+        marks.append(SpecialMark(branch=number, label=point.label, marker=marker, size=size, places=places, line=line))
+    return marks
 
 
 def _legend(axes: "Axes", colors: dict[str, Any]) -> tuple[list[Any], list[str]]:

@@ -37,6 +37,9 @@ TERMS = (
 )
 """Terms of the cost of transport: name, label, colour, hatch.  The lines of gaits have none of these colours."""
 
+THIN = 0.04
+"""Height of a part of a bar without hatch, over that of the highest bar."""
+
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
@@ -241,14 +244,7 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, space: fl
     per_distance = all(gait.step_length for gait in comparison.gaits.values())
     terms = [_cost_terms(gait, per_distance=per_distance) for gait in comparison.gaits.values()]
     places = np.arange(len(terms))
-    above, below = np.zeros(len(terms)), np.zeros(len(terms))
-    for name, label, color, hatch in TERMS:
-        height = np.array([term.get(name, 0.0) for term in terms])
-        if np.allclose(height, 0, atol=1e-9):
-            continue
-        base = np.where(height > 0, above, below)
-        axes.bar(places, height, 0.6, bottom=base, color=color, hatch=hatch, edgecolor="white", label=label)
-        above, below = above + np.maximum(height, 0), below + np.minimum(height, 0)
+    above, below = _draw_bars(axes, terms)
     width = space / (len(terms) + 0.2)
     letters = max(int(width / letter) - 1, 1)
     labels = [_wrap_label(label, letters) for label in comparison.gaits]
@@ -276,6 +272,25 @@ def _draw_costs(axes: "Axes", comparison: Comparison, *, columns: int, space: fl
     axes.set_ylim(top=max(above) + share / (1 - share) * (max(above) - min(below)))
     axes.grid(visible=False, axis="x")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, borderaxespad=0.2, columnspacing=1.0)
+
+
+def _draw_bars(axes: "Axes", terms: list[dict[str, float]]) -> tuple[Array, Array]:
+    """Draw the terms of each gait as a bar; white edges, and hatches of thin parts, would hide their colours.
+
+    Return the ends of the bars above and below zero.
+    """
+    above, below = np.zeros(len(terms)), np.zeros(len(terms))
+    thin = THIN * max(sum(max(value, 0.0) for name, *_ in TERMS if (value := term.get(name))) for term in terms)
+    for name, label, color, hatch in TERMS:
+        height = np.array([term.get(name, 0.0) for term in terms])
+        if np.allclose(height, 0, atol=1e-9):
+            continue
+        look: dict[str, Any] = {"color": color, "edgecolor": "white", "linewidth": 0}
+        hatches = [hatch if abs(each) > thin else "" for each in height]
+        axes.bar(range(len(terms)), height, 0.6, bottom=np.where(height > 0, above, below), hatch=hatches, **look)
+        axes.bar(0, 0, hatch=hatch, label=label, **look)  # of the legend, which has hatches also if all parts are thin
+        above, below = above + np.maximum(height, 0), below + np.minimum(height, 0)
+    return above, below
 
 
 def _draw_line_samples(axes: "Axes", count: int) -> None:

@@ -42,7 +42,7 @@ title [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.83, 0.62, 0.25
+EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.79, 0.62, 0.25
 """Height of each panel beyond four; largest and least height of a panel of a column with a key above it that has the
 last height [inch]."""
 
@@ -110,7 +110,7 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     title : str, optional
         First line of the title; by default the name of the problem.  The second line is the contact sequence, without
         its last phases if it is longer than the figure allows, the third one the minimised objective and further
-        numbers that have space.
+        numbers that have space; speed and step length have another line if necessary.
     style : FigureStyle, optional
         Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no space for enlargements.
 
@@ -304,7 +304,7 @@ def _draw_panels(figure: "Figure", place: Any, view: MotionView) -> None:
         draw(axes, view)
         _finish(name, axes, view)
         axes.tick_params(labelbottom=row == len(rows) - 1)
-        if len(rows) > MOST_PANELS + 1 and name in ENLARGED:  # the longest labels
+        if len(rows) > MOST_PANELS + (1 if name in ENLARGED else 3):  # the labels of enlarged rows are the longest ones
             axes.set_ylabel(_split_label(axes.get_ylabel()))
         if name not in ENLARGED:
             lines = _draw_key(figure.add_subplot(grid[row, 1:], label=f"{name} key"), axes, None if row else view)

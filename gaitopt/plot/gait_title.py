@@ -13,9 +13,14 @@ from gaitopt.plot.legends import NO_BREAK, shorten_sequence, wrap_lines, wrap_te
 TITLE_LINES = 3
 """Number of lines that fit in the title."""
 
+ALWAYS_STATED = ("speed ", "step length ")
+"""Beginnings of facts that are stated also if they need another line."""
+
 
 def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
-    """Return the title in three lines: name, contact sequence, and as many of the main numbers as fit in a line.
+    r"""Return the title: a line each for the name, the contact sequence, and the main numbers that fit in it.
+
+    Speed and step length have a further line if they do not fit in it.
 
     Parameters
     ----------
@@ -32,19 +37,35 @@ def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
     compass biped, slipping impact
     slip+ stick | slip+ (verified by replay)
     cost of transport 0.01585, speed 0.633 m/s
+    step length 0.4713 m, friction $\mu$ = 0.14
     """
     name = gait.problem.get("name", "gait")
     first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
     lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
-    first_fact, *others = _list_facts(gait)
-    facts = [first_fact]
-    for fact in others:
-        if len(", ".join([*facts, fact])) <= letters:
-            facts.append(fact)
     texts = _describe_sequence(gait)
     second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
     settings = "" if title else list_settings(gait.problem.get("script"), letters)
-    return f"{first}\n{second}\n{', '.join(facts)}{settings}"
+    return f"{first}\n{second}\n{_join_facts(_list_facts(gait), letters)}{settings}"
+
+
+def _join_facts(facts: list[str], letters: int) -> str:
+    """Return facts in a line, those that do not fit left out; speed and step length have further lines if necessary.
+
+    Examples
+    --------
+    >>> facts = ["cost of transport 0.1", "speed 1 m/s", "step length 0.5 m", "infinite friction"]
+    >>> print(_join_facts(facts, 40))
+    cost of transport 0.1, speed 1 m/s
+    step length 0.5 m, infinite friction
+    """
+    lines = [facts[0]]
+    for fact in facts[1:]:
+        joined = f"{lines[-1]}, {fact}"
+        if len(joined) <= letters:
+            lines[-1] = joined
+        elif fact.startswith(ALWAYS_STATED):
+            lines.append(fact)
+    return "\n".join(lines)
 
 
 def list_settings(script: Mapping[str, Any] | None, letters: int, stated: Collection[str] = ()) -> str:

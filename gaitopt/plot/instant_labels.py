@@ -14,8 +14,8 @@ from gaitopt.plot.style import MODE_INK, root_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LETTER, BOLD_LETTER = 0.64, 0.72
-"""Mean widths of a letter over the size of letters."""
+LETTER = 0.64
+"""Mean width of a letter over the size of letters."""
 
 GAP = 1.0
 """Least horizontal distance of two labels [letters]."""
@@ -76,7 +76,7 @@ def draw_instant_labels(
     places = np.array([_ground_below(motion, instant) for instant in instants]) + np.stack([shifts, 0 * shifts], axis=1)
     x, y = tilt(places.T, slope)
     times, scale = _write_times(instants), _estimate_scale(axes)
-    letter = size / 72 / scale
+    gap = GAP * LETTER * size / 72
     moved = spread_places(x, estimate_time_width(instants) / scale)
     y = y - np.tan(slope) * (moved - x)
     named, areas = set[int](), list[_LabelArea]()
@@ -88,7 +88,8 @@ def draw_instant_labels(
             continue  # the instant of the landing
         named.add(id(instant.segment))
         labels = _list_labels(motion, instant.segment)
-        area = _place_labels([text for text, _ in labels], corner[0], letter, areas)
+        width = max((_measure_text(axes, text, fontsize=size, **look) for text, look in labels), default=0.0) + gap
+        area = _place_labels(len(labels), corner[0], width / scale, areas)
         for row, (text, look) in enumerate(labels, area.top):
             axes.annotate(text, corner, (0, -(SLIDE_TOP + SLIDE_HEIGHT * row) * size), **look, **below)
 
@@ -152,15 +153,24 @@ def _list_labels(motion: MotionView, segment: PhaseView) -> list[tuple[str, dict
     return labels
 
 
-def _place_labels(texts: Sequence[str], place: float, letter: float, areas: list[_LabelArea]) -> _LabelArea:
-    """Return the highest area for texts at a place that does not overlap earlier ones, and add it to them."""
-    longest = max((len(line) for text in texts for line in text.splitlines()), default=0)
-    half = letter * BOLD_LETTER * (longest + GAP) / 2
-    area = _LabelArea(place - half, place + half, 0, len(texts))
-    while texts and (others := [other for other in areas if area.overlaps(other)]):
+def _measure_text(axes: "Axes", text: str, **look: Any) -> float:
+    """Return the width of a text [inch]."""
+    figure = root_figure(axes)
+    if figure is None:
+        return 0.0
+    drawn = figure.text(0, 0, text, **look)
+    width = float(drawn.get_window_extent().width) / figure.dpi
+    drawn.remove()
+    return width
+
+
+def _place_labels(count: int, place: float, width: float, areas: list[_LabelArea]) -> _LabelArea:
+    """Return the highest area at a place for a number of labels that overlaps no earlier one, and add it to them."""
+    area = _LabelArea(place - width / 2, place + width / 2, 0, count)
+    while count and (others := [other for other in areas if area.overlaps(other)]):
         top = max(other.bottom for other in others)
-        area = area._replace(top=top, bottom=top + len(texts))
-    if texts:
+        area = area._replace(top=top, bottom=top + count)
+    if count:
         areas.append(area)
     return area
 

@@ -23,7 +23,10 @@ PAGE_MARGIN = 0.2
 """Width of the page that legends leave free [inch]."""
 
 NARROW_COLUMNS = {"columnspacing": 0.7, "handlelength": 1.6, "handletextpad": 0.5}
-"""Distances in a legend of two columns that would otherwise have one column [font size]."""
+"""Distances in a legend with one more column than otherwise fits [font size]."""
+
+FEW_LINES, CLOSE_LINES = 2, {"labelspacing": 0.2}
+"""Lines of a legend beyond which they are close to each other, and their distance [font size]."""
 
 INCLUDED = 0.8
 """Height of a legend for which the height of a figure has space [inch]."""
@@ -96,7 +99,9 @@ def add_page_legend(
     width: float,
     **placement: Any,
 ) -> "Legend":
-    """Add a legend with as many columns as the page is wide enough for; two columns may be closer to each other.
+    """Add a legend with as many columns as the page is wide enough for, close to each other if this adds a column.
+
+    More than two lines are close to each other.
 
     Parameters
     ----------
@@ -114,14 +119,17 @@ def add_page_legend(
         raise ValueError("a legend needs axes or a figure that belong to a figure")
     wrapped = [show_minus(wrap_text(label, int(LETTERS_PER_INCH * width))) for label in labels]
     most = min(columns, len(wrapped))
-    layouts: list[tuple[int, dict[str, Any]]] = [(count, {}) for count in range(most, 1, -1)]
-    layouts += [(2, NARROW_COLUMNS)] if most > 1 else []
-    for count, distances in layouts:
-        legend = owner.legend(handles, wrapped, ncols=count, **(distances | placement))
-        if legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:
-            return legend
-        legend.remove()
-    return owner.legend(handles, wrapped, ncols=1, **placement)
+    for count in range(most, 0, -1):
+        lines = -(-len(wrapped) // count)
+        if count > 1 and lines * (count - 1) >= len(wrapped):  # fewer columns of as many lines are of equal length
+            continue
+        close = CLOSE_LINES if lines > FEW_LINES else {}
+        for distances in ({}, NARROW_COLUMNS) if count > 1 else ({},):
+            legend = owner.legend(handles, wrapped, ncols=count, **(close | distances | placement))
+            if count == 1 or legend.get_window_extent().width <= (width - PAGE_MARGIN) * figure.dpi:
+                return legend
+            legend.remove()
+    raise ValueError("a legend needs at least one entry")
 
 
 def add_inner_legend(

@@ -1,5 +1,6 @@
 """The figure of branches of optimal gaits: cost and multipliers over a parameter."""
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
 from gaitopt.plot.branch_figure import LARGEST_RADIUS, describe_diagram, find_top, state_coincidence
 from gaitopt.plot.legends import add_page_legend, extend_page
+from gaitopt.plot.special_marks import SpecialMark, draw_special_marks
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 
 SPECIAL_MARKERS = {"activation": "^", "deactivation": "v", "turning_point": "o", "cost_extremum": "D"}
 """Marker of each kind of special point."""
+
+MARKER = 4.0
+"""Size of a marker [pt]."""
 
 DASHES, OTHER_PIECE = (0, (3, 1.5)), "_not_minimum"
 """Dashes and label of lines of points that are not minima, which have one entry in the legend."""
@@ -71,6 +76,8 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
             upper.set_title(describe_diagram(diagram, style.width), loc="left", fontsize="medium")
         for branch in diagram.branches:
             _draw(upper, lower, branch, colors[branch.sequence], angular=angular)
+        marks = (_list_marks(branch, number, angular=angular) for number, branch in enumerate(diagram.branches))
+        draw_special_marks(upper, list(itertools.chain.from_iterable(marks)))
         for border in diagram.borders:
             value = math.degrees(border.value) if angular else border.value
             for axes in (upper, lower):
@@ -100,19 +107,23 @@ def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, an
     known = np.isfinite(branch.multipliers).any(axis=1)
     radii = np.nanmax(np.abs(branch.multipliers[known]), axis=1) if known.any() else np.empty(0)
     lower.plot(values[known], np.minimum(radii, 2 * LARGEST_RADIUS), color=color, label="_branch")
-    for point in branch.special:
-        upper.plot(
-            [math.degrees(point.value) if angular else point.value],
-            [point.cost],
-            linestyle="none",
-            marker=SPECIAL_MARKERS.get(point.kind, "x"),
-            markersize=4,
-            color="0.15",
-            markerfacecolor="white",
-            markeredgewidth=0.8,
-            zorder=5,
+
+
+def _list_marks(branch: OptimalBranch, number: int, *, angular: bool) -> list[SpecialMark]:
+    """Return the markers of the special points of a branch."""
+    factor = math.degrees(1) if angular else 1.0
+    line = np.column_stack([factor * branch.values, branch.costs])
+    return [
+        SpecialMark(
+            branch=number,
             label=point.label,
+            marker=SPECIAL_MARKERS.get(point.kind, "x"),
+            size=MARKER,
+            places=np.array([[factor * point.value, point.cost]]),
+            line=line,
         )
+        for point in branch.special
+    ]
 
 
 def _pieces(branch: OptimalBranch) -> list[tuple[Array, Array, bool]]:

@@ -22,13 +22,17 @@ from gaitopt.plot.contact_forces import (
 )
 from gaitopt.plot.ground_line import BAND, draw_ground
 from gaitopt.plot.instant_labels import TALLEST, MotionSample, draw_instant_labels, estimate_time_width
-from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, PATCH, leg_color
+from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.style import BODY, FIRST_LEG, MODE_FILL, PATCH, leg_color, root_figure
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 INSTANTS = 9
+
+MOST_COLUMNS = 4
+"""Columns of the key."""
 
 NARROWEST = 0.33
 """Smallest distance of neighbouring figures over their height, which leaves room for their times."""
@@ -75,6 +79,8 @@ def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSamp
 def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -> None:
     """Draw a step as a row of stick figures on its slope, with contact forces, times, and slides of the stance foot.
 
+    Forces have a smaller scale if one would extend above the walker.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes
@@ -88,17 +94,19 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     slope = motion.parameters["slope"]
     figures = [figure_points(motion, instant.segment)[:, :, instant.sample] for instant in instants]
     height = walker_height(figures)
-    cones = [find_cone_ends(motion, instant.segment, instant.sample, height=height) for instant in instants]
-    tops = [find_force_top(motion, instant.segment, instant.sample, height=height) for instant in instants]
+    highest = max(find_force_top(motion, each.segment, each.sample, height=height) for each in instants)
+    unit = height * min(1.0, height / highest) if highest > 0 else height  # no force extends above the walker
+    cones = [find_cone_ends(motion, instant.segment, instant.sample, height=unit) for instant in instants]
+    tops = [find_force_top(motion, instant.segment, instant.sample, height=unit) for instant in instants]
     top = max(*tops, *(float(np.max(figure[1])) for figure in figures))  # above the figures in a jump
     spacing = max(_spacing(figures, cones), estimate_time_width(instants) / TALLEST * top)
     shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
-        draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=height)
+        draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=unit)
         _draw_walker(axes, motion, instant, shift, slope)
     _draw_grounds(axes, motion, figures, shifts)
     draw_instant_labels(axes, motion, instants, shifts, slope)
-    _draw_key(axes, motion, columns=4 if count == INSTANTS else 2)
+    _draw_key(axes, motion, wide=count == INSTANTS)
     axes.set_aspect("equal")
     axes.margins(0.01, 0.03)
     _raise_flat(axes)
@@ -207,7 +215,7 @@ def _draw_grounds(axes: "Axes", motion: MotionView, figures: Sequence[Array], sh
         draw_ground(axes, motion.terrain, ends, slope, shift=shift)
 
 
-def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
+def _draw_key(axes: "Axes", motion: MotionView, *, wide: bool) -> None:
     """Name the legs, forces and patches of the ground above the figures."""
     from matplotlib.lines import Line2D
 
@@ -224,4 +232,7 @@ def _draw_key(axes: "Axes", motion: MotionView, columns: int) -> None:
     if not legs:
         return
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.5, "borderpad": 0}
-    axes.legend(legs, names, ncols=columns, **place)
+    figure = root_figure(axes)
+    if figure is not None:
+        columns = MOST_COLUMNS if wide or len(legs) != MOST_COLUMNS else MOST_COLUMNS // 2  # four entries in two lines
+        add_page_legend(axes, legs, names, columns=columns, width=figure.get_figwidth(), **place)

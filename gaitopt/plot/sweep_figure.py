@@ -234,7 +234,8 @@ def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: Fi
             unsolved = bool(np.all(table.status.values[~np.isfinite(values)] != "solved"))
             handles, labels = [*handles, cross], [*labels, EMPTY if unsolved else "no value"]
         place: dict[str, Any] = {"loc": "outside upper center", "handlelength": SAMPLE_LENGTH, "title": drawn.title}
-        add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+        legend = add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+        legend.get_title().set_multialignment("center")
     return figure
 
 
@@ -308,7 +309,8 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
         if handles:
             labels = [str(handle.get_label()) for handle in handles]
             place: dict[str, Any] = {"loc": "outside upper center", "title": drawn.title}
-            add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+            legend = add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
+            legend.get_title().set_multialignment("center")
         elif drawn.title:
             figure.suptitle(drawn.title, fontsize=style.font_size)
         for axes in panels:

@@ -87,7 +87,7 @@ def _draw_search(axes: "Axes", tuned: Tuning | TunedGains) -> None:
     if finite.size:
         axes.set_ylim(0, 1.05 * top)
     axes.set(xlabel="evaluation", ylabel=tuned.objective)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))  # evaluations are counted
+    axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True))  # evaluations are counted
 
 
 def _draw_open_loop(axes: "Axes", radius: float, largest: float) -> float:

@@ -10,12 +10,11 @@ from gaitopt.continuation.branch_diagram import (
     BranchDiagram,
     GaitBranch,
     count_steps,
-    list_gait_names,
-    name_gaits,
     name_sides,
     omit_outcome,
     split_branch,
 )
+from gaitopt.continuation.gait_names import name_gaits
 from gaitopt.continuation.special_point import SpecialPoint
 from gaitopt.motion.motion import Array
 from gaitopt.motion.printable import typeset_powers
@@ -102,16 +101,16 @@ def draw_diagram(diagram: BranchDiagram, coordinate: str, places: Sequence[Shown
     drawing.set("role", "group")  # a picture would not contain buttons
     for part in [*drawing.findall("polyline"), *drawing.findall("circle")]:
         drawing.remove(part)  # branches are drawn by stability
-    names = list_gait_names(diagram)
+    names = name_gaits(diagram)
     for branch in diagram.branches:
         values, heights = _values(diagram, branch), _heights(branch, coordinate)
-        drawing.extend(_branch_lines(chart, branch, values, heights, names))
+        drawing.extend(_branch_lines(chart, branch, values, heights, list(names)))
     circles = [circle for place in places for circle in _circles(chart, diagram, coordinate, place)]
     drawing.extend(circles)
     drawing.extend(_special_marks(chart, diagram, coordinate, circles))
     key = [
         element("span", element("i", class_=f"key-line line-{number % COLOURS}"), name, class_="named")
-        for number, name in enumerate(names)
+        for number, name in enumerate(names.values())
     ]
     caption = element("figcaption", "Branches: solid stable, dashed unstable")
     return element("figure", caption, drawing, element("p", *key, class_="sequences"), class_="diagram")
@@ -180,11 +179,11 @@ def _heights(branch: GaitBranch, coordinate: str) -> list[Array]:
 
 
 def _branch_lines(
-    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], names: list[str]
+    chart: Chart, branch: GaitBranch, values: Array, heights: list[Array], gaits: list[tuple[str, int]]
 ) -> Iterator[Element]:
     """Yield the pieces of a branch of equal sequence and stability as lines in the colour of sequence and period."""
     for piece, sequence, stable in split_branch(branch):
-        kind, colour = "stable" if stable else "unstable", names.index(name_gaits(sequence, branch.steps)) % COLOURS
+        kind, colour = "stable" if stable else "unstable", gaits.index((sequence, branch.steps)) % COLOURS
         for row in heights:
             places = [chart.place(float(x), float(y)) for x, y in zip(values[piece], row[piece], strict=True)]
             yield element("polyline", class_=f"line line-{colour} {kind}", points=points(*places))

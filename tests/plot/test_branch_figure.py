@@ -2,15 +2,18 @@
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gaitopt import FigureStyle, load_diagram, plot_branches
 from gaitopt.continuation.special_point import SpecialKind
-from gaitopt.plot.branch_figure import LEAST_MARKER, MARKER, STABLE_PIECE, _choose_marker_size
+from gaitopt.plot.branch_figure import STABLE_PIECE
 from gaitopt.plot.radius_curves import interpolate_radii
+from gaitopt.plot.special_marks import LEAST_MARKER, MARKER, choose_marker_size
 from tests.conftest import ROOT
 from tests.plot.test_gait_figure import check_texts
 
@@ -163,10 +166,10 @@ def test_markers_are_small_on_short_branches():
     axes = Figure(figsize=(7, 3)).add_subplot()
     axes.plot([0, 100], [0, 1])
     whole, values = np.array([[0.0], [1.0]]), np.array([0.0, 100.0])
-    assert _choose_marker_size(axes, 1, values, whole) == MARKER
-    assert _choose_marker_size(axes, 4, values, whole) == MARKER / 2
-    assert LEAST_MARKER < _choose_marker_size(axes, 1, values / 20, whole / 20) < MARKER
-    assert _choose_marker_size(axes, 1, values / 1000, whole / 1000) == LEAST_MARKER
+    assert choose_marker_size(axes, 1, values, whole) == MARKER
+    assert choose_marker_size(axes, 4, values, whole) == MARKER / 2
+    assert LEAST_MARKER < choose_marker_size(axes, 1, values / 20, whole / 20) < MARKER
+    assert choose_marker_size(axes, 1, values / 1000, whole / 1000) == LEAST_MARKER
 
 
 def test_a_title_has_four_lines_and_counts_further_parameters(diagram):
@@ -204,3 +207,60 @@ def test_the_sequences_of_several_contacts_are_named_as_by_the_search_for_gaits(
     branch = replace(diagram.branches[0], sequences=("heel a stick | toe a stick | heel b stick",) * 41)
     texts = [t.get_text() for t in plot_branches(replace(diagram, branches=(branch,))).legends[0].get_texts()]
     assert texts[0] == "heel a stick | toe a stick |"
+
+
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_markers_of_points_that_almost_coincide_lie_side_by_side_on_the_page(diagram, width):
+    first = diagram.branches[0]
+    kinds = (SpecialKind.SLIP_ONSET, SpecialKind.IMPACT_CONE, SpecialKind.FOLD, SpecialKind.FOLD)
+    place = np.argmin(np.abs(first.values - math.radians(4.0)))
+    values = [float(first.values[place]) + 1e-6 * number for number in range(len(kinds))]
+    special = [
+        replace(first.special[0], kind=kind, value=value, z=first.states[place])
+        for kind, value in zip(kinds, values, strict=True)
+    ]
+    branches = (replace(first, special=tuple(special)), *diagram.branches[1:])
+    figure = plot_branches(replace(diagram, branches=branches), style=FigureStyle(width=width))
+    FigureCanvasAgg(figure).draw()
+    upper, labels = figure.axes[0], [kind.label for kind in kinds]
+    marks = [line for line in upper.lines if line.get_label() in labels]
+    assert [mark.get_label() for mark in marks] == labels
+    np.testing.assert_allclose([mark.get_xdata()[0] for mark in marks], np.degrees(values))
+    places = np.array([mark.get_transform().transform(mark.get_xydata())[0] for mark in marks])
+    gaps = [np.linalg.norm(one - other) for one, other in combinations(places, 2)]
+    assert min(gaps) > MARKER / 72 * figure.dpi
+    on_branch = upper.transData.transform(marks[0].get_xydata())[0]
+    np.testing.assert_allclose(places[0], on_branch)
+    assert np.ptp(places[:, 0]) < 1  # above each other, as the branch is not steep
+    assert all(figure.bbox.contains(*each) for each in places)
+    check_texts(figure)
+
+
+def test_one_point_on_several_branches_has_one_marker(diagram):
+    first = diagram.branches[0]
+    upper = plot_branches(replace(diagram, branches=(first, first))).axes[0]
+    marks = [line for line in upper.lines if line.get_label() == "period doubling"]
+    one, other = [mark.get_transform().transform(mark.get_xydata()) for mark in marks]
+    np.testing.assert_allclose(one, other)
+
+
+def test_gaits_that_differ_in_the_outcome_of_an_impact_alone_have_their_names_and_colours(diagram):
+    first = diagram.branches[0]
+    half = first.values.size // 2
+    outcomes = ("a stick | b stick",) * half + ("a stick | b slip+",) * (first.values.size - half)
+    branch = replace(first, sequences=outcomes, special=())
+    figure = plot_branches(replace(diagram, branches=(branch,)))
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts[:2] == ["a stick | b stick", "a stick | b slip+"]
+    for axes in figure.axes:
+        lines = [line for line in axes.lines if line.get_label() in (STABLE_PIECE, "_unstable")]
+        assert len({line.get_color() for line in lines}) == 2
+    alone = replace(branch, sequences=outcomes[:1] * first.values.size)
+    texts = [text.get_text() for text in plot_branches(replace(diagram, branches=(alone,))).legends[0].get_texts()]
+    assert texts[0] == "a stick |"
+
+
+def test_branches_do_not_magnify_rounding_errors(diagram, rng):
+    first = diagram.branches[0]
+    constant = replace(first, orbits=0.2 + 1e-9 * rng.random(first.orbits.shape), special=())
+    assert np.ptp(plot_branches(replace(diagram, branches=(constant,))).axes[0].get_ylim()) > 1

@@ -81,7 +81,9 @@ def test_title_states_the_minimised_objective_first(slipping):
     title = plot_gait(gait).get_suptitle().splitlines()
     assert title[2].startswith("torque squared 2.83 N² m² s, cost of transport 0.01585")
     narrow = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
-    assert [len(title), len(narrow)] == [3, 3]
+    assert [len(title), len(narrow)] == [4, 4]
+    assert title[3] == r"step length 0.4713 m, friction $\mu$ = 0.14"
+    assert narrow[3] == "speed 0.633 m/s, step length 0.4713 m"
     assert narrow[2].startswith("torque squared 2.83 N² m² s")
 
 

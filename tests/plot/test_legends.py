@@ -81,6 +81,31 @@ def test_a_legend_on_a_narrow_page_has_two_columns_if_the_texts_fit():
             assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
 
 
+@pytest.mark.parametrize(("names", "columns", "height"), [("stick | stick, 16 steps", 2, 0.8), ("swing thigh", 3, 0.5)])
+def test_lines_of_a_legend_are_close_to_each_other_if_there_are_many_and_columns_if_this_adds_one(
+    names, columns, height
+):
+    with FigureStyle(width=3.5).figure(4.6) as figure:
+        labels = [names] * 9
+        handles = figure.subplots().plot([[0.0] * len(labels)])
+        legend = add_page_legend(figure, handles, labels, columns=4, width=3.5, loc="outside upper left")
+        FigureCanvasAgg(figure).draw()
+        box = legend.get_window_extent()
+        assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
+    assert box.width < figure.bbox.width
+    assert box.height < height * figure.dpi
+    assert overlapping(legend.get_texts()) == []
+
+
+def test_columns_of_a_legend_differ_by_at_most_one_line_if_they_need_no_further_line():
+    for count, columns in ((4, 4), (5, 3), (6, 3), (9, 3)):
+        with FigureStyle().figure(4.6) as figure:
+            handles = figure.subplots().plot([[0.0] * count])
+            legend = add_page_legend(figure, handles, ["stick | stick"] * count, columns=4, width=7.2)
+            FigureCanvasAgg(figure).draw()
+            assert len({round(text.get_window_extent().x0) for text in legend.get_texts()}) == columns
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_of_a_gait_are_inside_the_page(gait, width):
@@ -151,6 +176,23 @@ def test_bars_compare_robots_of_any_weight_by_their_costs_of_transport(slipping)
     assert bars.get_ylabel() == "cost of transport"
     totals = [line.get_ydata()[0] for line in bars.lines]
     assert totals == pytest.approx([gait.cost_of_transport for gait in comparison.gaits.values()])
+
+
+def test_thin_parts_of_bars_have_their_colours(slipping):
+    bars = plot_comparison(compare([slipping])).axes[-1]
+    labels = [text.get_text() for text in bars.get_legend().get_texts()]
+    samples = dict(zip(labels, bars.get_legend().get_patches(), strict=True))
+    parts = {
+        label: [patch for patch in bars.patches if patch.get_facecolor() == samples[label].get_facecolor()]
+        for label in labels
+    }
+    assert set(parts) == {"impact", "friction", "2 \N{MULTIPLICATION SIGN} braking"}
+    for label, patches in parts.items():
+        drawn = [patch for patch in patches if patch.get_height() > 0]
+        assert len(drawn) == 1
+        assert drawn[0].get_linewidth() == 0  # of a white edge
+        assert not drawn[0].get_hatch()
+        assert bool(samples[label].get_hatch()) == (label != "impact")
 
 
 def test_the_force_in_the_cone_is_a_line_for_each_phase(slipping_both_ways):

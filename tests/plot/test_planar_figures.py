@@ -1,6 +1,7 @@
 """Figures of robots with several contacts: every foot, stop, mode and flight is drawn."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import casadi as ca
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from gaitopt import FigureStyle, InputError, animate, load, plot_gait
+from gaitopt import FigureStyle, InputError, animate, load, plot_gait, simulate
 from gaitopt.cli.script import call_script
 from gaitopt.model import (
     PlanarCoordinates,
@@ -18,6 +19,7 @@ from gaitopt.model import (
     adapt_to_uneven_ground,
     assemble_planar,
 )
+from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.robots.compass_with_two_feet import compass_with_two_feet
 from gaitopt.model.robots.monopod import monopod
@@ -29,6 +31,7 @@ from gaitopt.motion.printable import show_minus
 from gaitopt.motion.view_motion import view_motion
 from gaitopt.parameters import Parameter
 from gaitopt.plot import plot_motion
+from gaitopt.plot.contact_forces import FORCE_LABEL
 from gaitopt.plot.ground_line import find_profile
 from gaitopt.plot.mode_bar import draw_mode_bar
 from gaitopt.plot.panels import foot_style, short_slips
@@ -90,6 +93,21 @@ def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
     assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
     assert "'foot stick > flight |' (verified by replay)" in plot_gait(hop_gait).get_suptitle()
     assert "'foot stick > flight |' (not replayed)" in plot_gait(replace(hop_gait, verification=None)).get_suptitle()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [3.5, 7.2])
+def test_labels_of_eight_panels_lie_apart(hop_gait, width):
+    stance, flight = hop_gait.motion.segments
+    slip = replace(stance, state=ContactState.of(dict(stance.state.modes) | {"foot": Mode.SLIP_FORWARD}))
+    gait = replace(hop_gait, motion=replace(hop_gait.motion, segments=(slip, flight)))
+    figure = plot_gait(gait, title="a\nlong title", style=FigureStyle(width=width))
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.get_ylabel() and "enlarged" not in axes.get_label()]
+    assert len(panels) == 7  # besides the modes
+    boxes = [axes.yaxis.label.get_window_extent() for axes in panels]
+    assert all(upper.y0 > lower.y1 for upper, lower in pairwise(boxes))
+    assert figure.get_figheight() <= (7.8 if width < 7 else 9.0)
 
 
 def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
@@ -225,10 +243,11 @@ def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait):
         assert not any(line.startswith(("stick,", "stick >", "stick |", "A ", "B ", "|")) for line in lines)
 
 
-def test_a_title_has_three_lines_however_long_the_sequence():
+def test_the_sequence_has_one_line_of_the_title_however_long_it_is():
     gait = load(ROOT / "tests/problems/bounding_quadruped.h5")
     narrow, wide = (plot_gait(gait, style=FigureStyle(width=width)).get_suptitle().splitlines() for width in (3.5, 7.2))
-    assert [len(narrow), len(wide)] == [3, 3]
+    assert [len(narrow), len(wide)] == [4, 3]
+    assert narrow[3] == r"step length 0.8 m, friction $\mu$ = 0.8"
     assert narrow[1].endswith("\N{HORIZONTAL ELLIPSIS} (verified)")
     assert narrow[1].startswith("back foot stick")
     assert wide[1] == f"'{gait.sequence}' (verified by replay)"
@@ -348,3 +367,26 @@ def test_heel_and_toe_of_a_foot_have_the_colour_of_their_leg_and_dashes_of_their
     heel, toe = (foot_style(view, foot) for foot in (0, 1))
     assert heel["color"] == toe["color"] == leg_color(0)
     assert heel["linestyle"] != toe["linestyle"]
+
+
+def test_no_force_of_a_stick_figure_extends_above_the_walker(hop_gait, slipping):
+    for gait, limited in ((hop_gait, True), (slipping, False)):
+        axes = Figure().add_subplot()
+        draw_stick_figures(axes, gait.motion)
+        forces = [line.get_ydata() for line in axes.lines if line.get_label() == FORCE_LABEL]
+        view = view_motion(gait.motion)
+        height = max(float(np.ptp(part.points[1], axis=0).max()) for part in view.segments)
+        assert len(forces) > 1
+        longest = max(float(np.ptp(force)) for force in forces)
+        assert longest <= 1.01 * height
+        assert (longest > 0.9 * height) == limited  # a force equal to the weight is 0.3 times as long as the walker
+
+
+def test_labels_of_slides_that_lie_apart_are_level(wheel):
+    parameters = {"spokes": 10.0, "slope": np.radians(13.0), "friction": 0.3}
+    states = (np.array([0, 0, -np.pi / 10]), np.array([0, 0, 2.375]))  # close to its periodic gait
+    motion = simulate(wheel, *states, parameters, steps=4).motion
+    axes = axes_of(plot_motion(motion, style=FigureStyle(width=3.5)))["stick figures"]
+    slides = [text for text in axes.texts if "mm" in text.get_text()]
+    assert len(slides) == 4
+    assert len({text.get_position()[1] for text in slides}) == 1

@@ -3,7 +3,7 @@
 import json
 import re
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -528,6 +528,20 @@ def test_what_has_no_figure_is_refused(results):
     ]:
         with pytest.raises(InputError, match=message):
             action()
+
+
+def test_numbers_of_many_evaluations_lie_apart_in_a_column():
+    trials = make_gains().trials * 3000
+    figure = plot_tuning(replace(make_gains(), trials=trials), style=FigureStyle(width=3.5))
+    check_texts(figure)
+    figure.draw_without_rendering()
+    search = figure.axes[0]
+    low, high = search.get_xlim()
+    labels = [tick.label1 for tick in search.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+    boxes = [label.get_window_extent() for label in labels]
+    assert len(boxes) > 2
+    assert all(one.x1 + 2 < other.x0 for one, other in pairwise(boxes))
+    assert boxes[-1].x1 < figure.bbox.x1
 
 
 def simulate_deuteranopia(color):

@@ -136,3 +136,10 @@ def test_gaits_of_longer_periods_have_a_colour_and_an_entry_in_the_key():
     assert key == ["stick | stick", *(f"stick | stick, {steps} steps" for steps in (2, 4, 8, 16))]
     lines = {line.get("class").split()[1] for line in drawing.iter("polyline")}
     assert lines == {f"line-{number}" for number in range(5)}
+
+
+def test_the_diagram_of_a_page_names_the_outcomes_of_an_impact_in_which_alone_gaits_differ(diagram):
+    first = diagram.branches[0]
+    branch = replace(first, sequences=("a stick | b stick", "a stick | b slip+"), special=())
+    drawing = draw_diagram(replace(diagram, branches=(branch,)), first.names[0], [])
+    assert {"a stick | b stick", "a stick | b slip+"} <= {"".join(part.itertext()) for part in drawing.iter()}
