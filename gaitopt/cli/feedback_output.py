@@ -210,6 +210,8 @@ def verification_text(verified: "Recovery", *, search_interrupted: bool = False)
     """Return the result of a verification, in words; a file of an earlier version does not contain all of them."""
     if search_interrupted:
         return "no: the search was interrupted"
+    if not verified.starts and math.isfinite(verified.beyond):
+        return "not by random pushes; gaitopt push determines those after which the gait is reached again"
     if verified.interrupted and not verified.radius:
         return "no: the verification was interrupted before all starts of a ball were tested"
     steps = format_count(verified.steps, "step")

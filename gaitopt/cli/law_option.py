@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gaitopt.cli.output import err
 from gaitopt.errors import InputError
 from gaitopt.tuning.law_script import split_script_law
 
@@ -59,7 +60,9 @@ def law_for(
     if is_file_of_gains(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
-        tuned.update(load_tuning(name).gains)
+        saved = load_tuning(name)
+        saved.check_gains(design)
+        tuned.update(saved.gains)
     custom: Law = make_family_law(design, tuned, gains)
     return custom
 
@@ -124,14 +127,14 @@ def design_for(
 
     require_function_name(name)
     limit: float | Mapping[str, float]
-    starts: Mapping[str, float] = {}
+    tuned: TunedGains | None = None
     if is_file_of_gains(name):
         from gaitopt.tuning.tuning_file import load_tuning
 
         tuned = load_tuning(name)
         limit = limit_for(gait, torque_limit) if torque_limit is not None else tuned.settings.torque_limit
         require_known_law(name, tuned, gait)
-        name, starts = tuned.family, tuned.gains
+        name = tuned.family
         stance_angle = stance_angle or tuned.settings.stance_angle
     else:
         limit = limit_for(gait, torque_limit)
@@ -141,11 +144,14 @@ def design_for(
         design = controller_family_named(name, robot, gait.motion, torque_limit=limit)
     if stance_angle:
         design = design.by_stance_angle(robot, gait.motion)
-    return design.with_starts(starts)
+    if tuned is None:
+        return design
+    tuned.check_gains(design, complete=False)
+    return design.with_starts(tuned.gains)
 
 
 def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
-    """Raise InputError if a file of tuned gains is of other actuators, or names no known law.
+    """Raise InputError if a file of tuned gains is of other actuators, or names no known law; warn of a changed script.
 
     Known are the families of gaitopt and functions of scripts.
     """
@@ -156,6 +162,12 @@ def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
         raise InputError(
             f"{file} contains gains of a robot with the actuators {', '.join(limits)}, but {gait.robot_name} has "
             f"{', '.join(actuators)}. To tune this law for the gait: gaitopt tune GAIT --law {tuned.family}."
+        )
+    if tuned.script_changed:
+        err.print(
+            f"The script of the law {tuned.family} has changed since the gains of {file} were tuned: the stability and "
+            "the recovery that the file states may no longer be those of the law.",
+            soft_wrap=True,
         )
     if tuned.family in FAMILIES or split_script_law(tuned.family):
         return

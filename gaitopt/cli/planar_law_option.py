@@ -103,6 +103,7 @@ class PlanarLawOption:
         limits = saved.torque_limit if self.torque_limit is None else limit
         by_stance_angle = self.stance_angle or saved.stance_angle
         family = _family_named(tuned.family, gait, limits, stance_angle=by_stance_angle)
+        tuned.check_gains(family, complete=False)
         return family.with_starts(tuned.gains)
 
     def _family_of_time(self, gait: "PlanarGait") -> "ControllerFamily":
@@ -123,6 +124,7 @@ class PlanarLawOption:
             family = custom_design(*source, gait.robot, gait, limit)
             if self.stance_angle or tuned.settings.stance_angle:
                 family = family.by_stance_angle(gait.robot, gait)
+            tuned.check_gains(family)
             custom: PlanarLaw = make_family_law(family, tuned.gains, self.gains)
             return custom
         for gain in changes:

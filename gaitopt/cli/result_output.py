@@ -120,6 +120,7 @@ def gains_facts(tuned: "TunedGains") -> dict[str, Any]:
     return plain(
         {
             "law": tuned.family,
+            "script_changed": tuned.script_changed,
             "gains": tuned.gains,
             "objective": tuned.objective,
             "radius_before": tuned.radius_before,
@@ -158,7 +159,8 @@ def print_gains(tuned: "TunedGains") -> None:
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
-    table.add_row("law", tuned.family)
+    changed = "; its script has changed since the gains were tuned" if tuned.script_changed else ""
+    table.add_row("law", f"{tuned.family}{changed}")
     gains = format_gains(tuned.family, tuned.gains, several_contacts=tuned.several_contacts is not False)
     table.add_row(*tabulate_gains(tuned.family, gains))
     table.add_row(

@@ -1,7 +1,7 @@
 """Robust plans: one gait and one law for all scenarios, found by adding the most violated scenario."""
 
 import math
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 from gaitopt.arguments import check_arguments
@@ -19,7 +19,7 @@ from gaitopt.parallel.execution import Execution
 from gaitopt.parameters import check_type
 from gaitopt.simulation.engine_choice import default_engine
 from gaitopt.simulation.verification import verify
-from gaitopt.stability.recovery import PushTest
+from gaitopt.stability.recovery import PushTest, Recovery
 from gaitopt.status import Status
 from gaitopt.tuning.controller_family import FAMILIES, TorqueLimit
 from gaitopt.tuning.gain_search import GainSearchOptions
@@ -33,7 +33,8 @@ LARGEST_TOLERANCE = 0.1
 """Largest tolerance that is advised [rad, rad/s, m/s]: rates of legs are of the order of 1 rad/s."""
 
 QUICK = PushTest(starts=1, steps=1, resolution=1.0)
-"""Verification of the tuned law in each round, which the scenarios replace."""
+UNTESTED = Recovery(radius=0.0, starts=0, returned=0, steps=0, tolerance=0.0, beyond=0.0)
+"""Verification of the tuned law in each round, which the scenarios replace, and its result."""
 
 
 @check_arguments
@@ -314,4 +315,4 @@ def _tune(
         raise InputError(
             f"No gains of the controller family {family.name!r} define a law for the gait; choose another law."
         )
-    return tuned, tuned.law
+    return replace(tuned, verified=UNTESTED), tuned.law

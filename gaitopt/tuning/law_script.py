@@ -1,5 +1,6 @@
 """Laws named by script and function, and the path of the script in a file of tuned gains."""
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -49,3 +50,15 @@ def locate_script(family: str, folder: Path) -> str:
         return family
     beside = folder / source[0]
     return family if source[0].is_file() and not beside.is_file() else f"{beside}:{source[1]}"
+
+
+def digest_script(family: str) -> str:
+    """Return the SHA-256 of the script of a law; empty for a law of no script, or if the script is missing.
+
+    Examples
+    --------
+    >>> digest_script("lqr"), len(digest_script("README.md")), len(digest_script("conftest.py:law"))
+    ('', 0, 64)
+    """
+    source = split_script_law(family)
+    return hashlib.sha256(source[0].read_bytes()).hexdigest() if source and source[0].is_file() else ""

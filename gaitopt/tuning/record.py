@@ -144,7 +144,7 @@ class Tuning:
 
         `verified.failure` states whether walks after larger pushes end, leave the gait, or need more steps.
         """
-        is_verified = not (self.search_interrupted or self.verified.interrupted)
+        is_verified = bool(self.verified.starts) and not (self.search_interrupted or self.verified.interrupted)
         return self.stable and is_verified and self.verified.radius < NEGLIGIBLE_PUSH
 
     @property

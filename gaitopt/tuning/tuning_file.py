@@ -9,7 +9,7 @@ from typing import Any
 from gaitopt.arguments import check_arguments
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
 from gaitopt.dataclass import dataclass
-from gaitopt.errors import InputError, describe_missing_file
+from gaitopt.errors import InputError, describe_missing_file, suggest
 from gaitopt.model.planar.planar_robot import PlanarRobot
 from gaitopt.model.robot import Robot
 from gaitopt.motion.atomic import check_suffix
@@ -25,7 +25,7 @@ from gaitopt.tuning.controller_family import (
     controller_family_named,
 )
 from gaitopt.tuning.custom_family import load_custom_family
-from gaitopt.tuning.law_script import locate_script, refer_to_script, split_script_law
+from gaitopt.tuning.law_script import digest_script, locate_script, refer_to_script, split_script_law
 from gaitopt.tuning.record import Trial, Tuning
 
 KIND = "gaitopt tuned gains", 1
@@ -61,6 +61,8 @@ class TunedGains:
         known, as in files of earlier versions.
     actuator_units : mapping of str to str
         Unit of the torque or force of each actuator; empty if it is not known, as in files of earlier versions.
+    script_changed : bool
+        Whether the script of the law has changed since the gains were tuned, so that radius and recovery may be others.
 
     Examples
     --------
@@ -84,6 +86,7 @@ class TunedGains:
     search_interrupted: bool = False
     several_contacts: bool | None = None
     actuator_units: Mapping[str, str] = field(default_factory=dict)
+    script_changed: bool = False
 
     def __repr__(self) -> str:
         gains = ", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items())
@@ -126,18 +129,28 @@ class TunedGains:
         ------
         InputError
             If gaitopt has no family of this name, the file names no existing script and `family` is missing, or the
-            file lacks a gain.
+            gains are not those of the law.
         """
         settings = self.settings
         family = family or self._find_family(robot, motion)
         if settings.stance_angle and not family.settings.stance_angle:
             family = family.by_stance_angle(robot, motion)
+        self.check_gains(family)
+        return family.law(self.gains)
+
+    def check_gains(self, family: ControllerFamily, *, complete: bool = True) -> None:
+        """Raise InputError unless a family has the tuned gains and, if they are to be complete, no others."""
+        known = dict.fromkeys([*(gain.name for gain in family.gains), *family.settings.fixed])
+        if unknown := [name for name in self.gains if name not in known]:
+            raise InputError(
+                f"The law {family.name!r} has no gain {unknown[0]!r}, which was tuned. {suggest(unknown[0], known)} "
+                "If the law has changed, tune it again."
+            )
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
-        if missing:
+        if complete and missing:
             raise InputError(
                 f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again."
             )
-        return family.law(self.gains)
 
     def _find_family(self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait) -> ControllerFamily:
         """Return the family of gaitopt or of the script that the file names."""
@@ -185,6 +198,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
     limit = tuned.settings.torque_limit
     facts = {
         "law": refer_to_script(tuned.family, path.parent),
+        "script_sha256": digest_script(tuned.family),
         "gains": {**tuned.settings.fixed, **tuned.gains},
         "tuned": list(tuned.gains),
         "torque_limit": dict(limit) if isinstance(limit, Mapping) else limit,
@@ -233,8 +247,10 @@ def load_tuning(path: str | Path) -> TunedGains:
     if not path.is_file():
         raise InputError(describe_missing_file(path))
     with read_json(path, KIND, "gaitopt tune -o") as facts:
+        family = locate_script(str(facts["law"]), path.parent)
         return TunedGains(
-            family=locate_script(str(facts["law"]), path.parent),
+            family=family,
+            script_changed=digest_script(family) not in ("", facts.get("script_sha256") or digest_script(family)),
             gains={str(name): float(value) for name, value in facts["gains"].items()},
             settings=FamilySettings(
                 torque_limit=_limit(facts["torque_limit"]),

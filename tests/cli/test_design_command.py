@@ -228,6 +228,8 @@ def test_the_law_of_a_robust_gait_may_be_a_function_of_a_script_and_its_gains_ar
     assert run.json["robust_unseen"]
     assert run.json["unseen"]["plan"] == {"scenarios": 2, "survived": 2, "pushed": 0, "recovered": 0}
     gait, gains = run.json["files"]
+    shown = " ".join(command("show", folder / gains).out.split())
+    assert "verified not by random pushes; gaitopt push determines those after which the gait is reached" in shown
     again = command("stability", folder / gait, "--law", folder / gains, "--json")
     assert again.status == 0, again.err
     assert again.json["gaits"][0]["radius"] < 1

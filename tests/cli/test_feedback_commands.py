@@ -420,6 +420,25 @@ def test_the_file_of_gains_finds_its_law_script_from_any_folder(capsys, tmp_path
     assert f"There is no law script {gains.parent / '../laws/mylaw.py'}" in " ".join(text.err.split())
 
 
+def test_gains_of_a_law_that_has_changed_are_refused_or_remarked(capsys, tmp_path, script):
+    """A renamed gain would be replaced by its default; another formula has another stability than the file states."""
+    gains = str(tmp_path / "gains.json")
+    options = ("--starts", "1", "--samples", "0", "--evaluations", "1")
+    assert run(capsys, "tune", GAIT, "--law", f"{script}:hip_spring", *options, "-o", gains)[0] == 0
+    assert "has changed" not in run(capsys, "show", gains)[1].out
+    text = script.read_text()
+    script.write_text(f"{text}\n# changed\n")
+    code, said = run(capsys, "stability", GAIT, "--law", gains)
+    assert code == 0
+    assert f"has changed since the gains of {gains} were tuned" in " ".join(said.err.split())
+    assert "its script has changed" in " ".join(run(capsys, "show", gains)[1].out.split())
+    script.write_text(text.replace("stiffness", "rigidity"))
+    for command in (("stability", GAIT), ("export", GAIT, "-o", str(tmp_path / "law.c")), ("tune", GAIT)):
+        code, said = run(capsys, command[0], *command[1:], "--law", gains)
+        assert code == 2
+        assert "has no gain 'stiffness', which was tuned." in " ".join(said.err.split())
+
+
 def test_the_file_of_gains_of_an_earlier_version_finds_its_law_script(tmp_path, monkeypatch, script, slip_gait):
     """Its path is relative to the folder in which the law was tuned."""
     monkeypatch.chdir(tmp_path)
