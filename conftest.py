@@ -6,7 +6,6 @@ Cells of notebook pages (``{code-cell}``) run when the documentation is built.
 import gc
 import os
 import re
-import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -116,12 +115,12 @@ def _is_slow(item):
 def run_commands(example):
     """Run the gaitopt commands of a block; each must succeed.  Those whose results a test checks run there."""
     from gaitopt.cli.app import main
-    from tests.docs.checked_commands import is_checked
+    from tests.docs.checked_commands import is_checked, read_arguments
 
     for line in example.parsed.splitlines():
         if is_checked(line):
             continue
-        program, *arguments = shlex.split(line, comments=True) or ["gaitopt", "--version"]
+        program, *arguments = read_arguments(line) or ["gaitopt", "--version"]
         assert program == "gaitopt", f"a bash block holds gaitopt commands only; {line!r} belongs into a text block"
         with pytest.raises(SystemExit) as stop:
             main(arguments)
