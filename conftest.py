@@ -6,7 +6,6 @@ Cells of notebook pages (``{code-cell}``) run when the documentation is built.
 import gc
 import os
 import re
-import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -20,20 +19,26 @@ ROOT = Path(__file__).parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two processes share the tests, and further threads would only wait
 
 COSTLY = (
-    *("tests/problems/test_studies.py", "docs/howto/design.md", "tests/tuning/test_planar_feedback.py"),
-    *("docs/howto/branches.md", "tests/cli/test_studies.py", "tests/study/test_sweep.py"),
-    *("tests/problems/test_telescoping_biped.py", "tests/control/test_planar_phase_variable.py"),
-    *("tests/cli/test_trace_command.py", "tests/continuation/test_trace.py"),
-    *("tests/continuation/test_planar_branches.py",),
-    *("tests/study/test_trade_offs.py", "tests/cli/test_planar_stability.py", "tests/ocp/test_exact_work.py"),
-    *("tests/plot/test_legends.py", "tests/cli/test_feedback_commands.py", "tests/parallel/test_dask_executor.py"),
-    *("docs/howto/custom_robot_walks.md", "docs/howto/sweeps.md", "tests/plot/test_gait_figure.py"),
-    *("tests/cli/test_planar_pictures.py", "tests/continuation/test_optimal_branches.py", "tests/ocp/test_criteria.py"),
-    *("tests/ocp/test_cost_refinement.py", "tests/ocp/test_open_impact.py", "docs/howto/several_contacts.md"),
-    *("tests/problems/test_flat_foot.py", "tests/stability/test_every_gait.py", "tests/design/test_scenarios.py"),
-    *("tests/design/test_stability_bound.py", "tests/fuzz/test_fuzz.py"),
+    *("tests/continuation/test_two_parameters.py", "tests/cli/test_environment.py"),
+    *("tests/ocp/test_clean_statuses.py", "tests/problems/test_studies.py"),
+    *("tests/cli/test_planar_feedback_commands.py", "docs/howto/design.md", "tests/design/test_stability_bound.py"),
+    *("tests/control/test_planar_phase_variable.py", "docs/howto/branches.md", "tests/cli/test_studies.py"),
+    *("tests/ocp/test_multicontact_optima.py", "tests/plot/test_column_figures.py"),
+    *("tests/tuning/test_planar_feedback.py", "tests/problems/test_telescoping_biped.py"),
+    *("tests/plot/test_gait_figure.py", "tests/cli/test_push_command.py"),
+    *("tests/continuation/test_planar_branches.py", "tests/problems/test_flat_foot.py"),
+    *("tests/cli/test_feedback_commands.py", "tests/cli/test_robot_of_file.py", "tests/cli/test_trace_command.py"),
+    *("tests/study/test_sweep.py", "tests/architecture/test_public_names.py", "tests/cli/test_planar_stability.py"),
+    *("tests/plot/test_result_figures.py", "tests/plot/test_planar_figures.py", "tests/continuation/test_trace.py"),
+    *("tests/extensions/test_custom_law.py", "tests/ocp/test_exact_work.py", "tests/study/test_trade_offs.py"),
+    *("tests/ocp/test_actuator_impulses.py", "tests/cli/test_planar_pictures.py"),
+    *("tests/parallel/test_dask_executor.py", "docs/howto/custom_robot_walks.md", "tests/plot/test_legends.py"),
+    *("tests/ocp/test_criteria.py", "tests/ocp/test_open_impact.py", "docs/howto/several_contacts.md"),
+    *("docs/howto/sweeps.md", "tests/design/test_scenarios.py", "tests/ocp/test_cost_refinement.py"),
+    *("tests/continuation/test_optimal_branches.py", "tests/stability/test_every_gait.py"),
+    *("tests/fuzz/test_fuzz.py",),
 )
-"""Files whose tests take ten seconds or more; they come first, so that two processes end together."""
+"""Files with the most costly tests, in descending order; they come first, so that two processes end together."""
 
 
 SLOW_PAGES = (
@@ -116,12 +121,12 @@ def _is_slow(item):
 def run_commands(example):
     """Run the gaitopt commands of a block; each must succeed.  Those whose results a test checks run there."""
     from gaitopt.cli.app import main
-    from tests.docs.checked_commands import is_checked
+    from tests.docs.checked_commands import is_checked, read_arguments
 
     for line in example.parsed.splitlines():
         if is_checked(line):
             continue
-        program, *arguments = shlex.split(line, comments=True) or ["gaitopt", "--version"]
+        program, *arguments = read_arguments(line) or ["gaitopt", "--version"]
         assert program == "gaitopt", f"a bash block holds gaitopt commands only; {line!r} belongs into a text block"
         with pytest.raises(SystemExit) as stop:
             main(arguments)

@@ -304,9 +304,9 @@ def test_a_law_by_the_stance_angle(capsys):
 
 @pytest.mark.slow
 def test_push_prints_a_table(capsys):
-    code, text = run(
-        capsys, "push", GAIT, "--law", "computed-torque", "--steps", "6", "--starts", "1", "--workers", "1"
-    )
+    kinds = [word for kind in ("friction patch", "sensor delay", "recovery") for word in ("--kind", kind)]
+    quick = ("--steps", "6", "--starts", "1", "--workers", "1")
+    code, text = run(capsys, "push", GAIT, "--law", "computed-torque", *quick, *kinds)
     assert code == 0
     assert "friction patch" in text.out
     assert "not survived" in text.out

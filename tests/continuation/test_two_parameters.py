@@ -104,7 +104,8 @@ def test_a_gait_beside_rolling_over_may_take_a_long_step():
 
 
 @pytest.mark.slow
-def test_the_curve_of_rolling_over_in_complete_slip_is_the_closed_form(wheel):
+def test_the_curve_of_rolling_over_in_complete_slip_is_the_closed_form(wheel, monkeypatch):
+    monkeypatch.setattr(two_parameters, "LONGEST_STEP", 0.3)  # a point takes two seconds
     gaits = find_cycles(rimless_wheel(), {"slope": SLOPE, "friction": 0.09})
     start = next(gait for gait in gaits if gait.sequence == "slip+ | slip+")
     across = trace(wheel, {"friction": (0.12, 0.06)}, start=start, options=LONG_STEPS)

@@ -1,4 +1,4 @@
-"""Commands of the pages that a test runs with a check of their results, so that they do not run twice."""
+"""Commands of the pages that run elsewhere with a check of their results, or with fewer points than on the page."""
 
 import contextlib
 import shlex
@@ -15,6 +15,26 @@ CHECKED = {
     "gaitopt trace problems/simplest_walker.py": "howto/branches.md",
 }
 """Beginning of each command, and its page; see tests/continuation/test_trace.py and tests/cli/test_trace_command.py."""
+
+ONE_PROCESS = ("--workers", "1")
+
+REDUCED = {
+    "gaitopt pareto problems/compass_slip.py": ("--points", "2", *ONE_PROCESS),
+    "gaitopt push compass_robust/compass_robust.h5": ("--starts", "3", "--steps", "20", *ONE_PROCESS),
+    "gaitopt sweep problems/compass_slip.py --over friction=0.16:0.18:2": ("--set", "intervals=20", *ONE_PROCESS),
+    "gaitopt trace problems/compass_passive.py --set leg_mass=5": ("--doublings", "2"),
+    "gaitopt trace problems/compass_optima.py --over friction": ("--points", "10"),
+}
+"""Options that replace those of a page when its command runs as a test, by the beginning of the command.
+
+Such a test checks that the command succeeds; tests of the command check its results.
+"""
+
+
+def read_arguments(line):
+    """Return the program and its arguments in a line of a page, with the options of `REDUCED` added."""
+    options = [words for command, words in REDUCED.items() if line.startswith(command)]
+    return [*shlex.split(line, comments=True), *(word for words in options for word in words)]
 
 
 def is_checked(line):

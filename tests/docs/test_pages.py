@@ -20,6 +20,7 @@ from gaitopt.study.basins.branch_basin import VARIABLES
 from gaitopt.tuning.controller_family import FamilySettings
 from gaitopt.tuning.record import Trial, Tuning
 from gaitopt.tuning.tuning_file import save_tuning
+from tests.docs.checked_commands import CHECKED, REDUCED, read_arguments
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "docs" / "generated"
@@ -193,6 +194,18 @@ def test_every_script_that_a_page_names_exists():
     }
     assert len(named) > 3
     assert not [name for name in sorted(named) if not (ROOT / name).is_file()]
+
+
+@pytest.mark.parametrize("command", [*CHECKED, *REDUCED])
+def test_every_command_that_runs_otherwise_is_on_one_page(command):
+    lines = [line for page in PAGES for line in page.read_text(encoding="utf-8").splitlines()]
+    assert sum(line.startswith(command) for line in lines) == 1
+
+
+def test_reduced_options_follow_those_of_the_page():
+    page = "gaitopt pareto problems/compass_slip.py --objectives cost,peak_torque --points 4 -o front.nc"
+    assert read_arguments(page)[-6:] == ["-o", "front.nc", "--points", "2", "--workers", "1"]
+    assert read_arguments("gaitopt --version  # comment") == ["gaitopt", "--version"]
 
 
 def test_every_image_has_a_script():

@@ -20,7 +20,6 @@ from gaitopt import (
     __version__,
     basin,
     rimless_wheel,
-    sweep,
 )
 from gaitopt.parallel import dask_executor as module
 from gaitopt.parallel.runner import collect_tasks, run_tasks
@@ -29,7 +28,6 @@ from gaitopt.simulation.scipy_engine import ScipyEngine
 from tests import dask
 from tests.parallel import works
 from tests.parallel.test_runner import chain, results
-from tests.study.conftest import quick_problem
 
 
 @pytest.mark.slow
@@ -79,9 +77,10 @@ def other_port(request):
 
 
 @pytest.mark.slow
-def test_a_port_of_something_else_ends_in_a_sentence_in_time(other_port):
+def test_a_port_of_something_else_ends_in_a_sentence_in_time(other_port, monkeypatch):
+    monkeypatch.setattr(module, "ANSWER", 1.0)
     began = time.monotonic()
-    with pytest.raises(InputError, match=rf"No Dask scheduler answers at {other_port} \(no answer within 5 s\)"):
+    with pytest.raises(InputError, match=rf"No Dask scheduler answers at {other_port} \(no answer within 1 s\)"):
         DaskExecutor(other_port)
     assert time.monotonic() - began < 30
 
@@ -164,18 +163,6 @@ def test_results_do_not_depend_on_the_executor(cluster):
     assert results(works.slow_add, chain(10), 100, execution=Execution(executor=cluster)) == results(
         works.slow_add, chain(10), 100
     )
-
-
-@pytest.mark.slow
-def test_a_sweep_is_the_same_byte_for_byte(cluster):
-    def run(**options):
-        return sweep(quick_problem(), {"friction": [0.14, 0.18]}, starts=1, execution=Execution(**options))
-
-    here, there = run(), run(executor=cluster)
-    assert there.identical(here)
-    for name, values in here.data_vars.items():
-        if values.dtype != object:
-            assert there[name].values.tobytes() == values.values.tobytes()
 
 
 def test_a_basin_is_the_same_byte_for_byte(cluster, monkeypatch):

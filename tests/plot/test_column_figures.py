@@ -29,7 +29,7 @@ from gaitopt.plot.stick_figures import draw_stick_figures
 from gaitopt.plot.style import line_style
 from gaitopt.study.sequence_search.ranking import RankedGait, Ranking
 from tests.conftest import ROOT
-from tests.plot.test_gait_figure import axes_of, check_texts
+from tests.plot.test_gait_figure import axes_of, check_texts, draw
 from tests.plot.test_result_figures import make_sweep
 
 COLUMN = FigureStyle(width=3.5)
@@ -61,7 +61,7 @@ def test_the_warning_of_a_failed_gait_is_inside_a_column(infeasible):
 
 
 def test_a_gait_in_a_column_is_two_thirds_of_a_page_high_and_its_labels_do_not_touch(slipping):
-    figure = plot_gait(slipping, style=COLUMN)
+    figure = draw(slipping, style=COLUMN)
     assert figure.get_figheight() <= 6.5
     assert is_inside(figure)
     check_texts(figure)
@@ -89,7 +89,7 @@ def test_a_comparison_does_not_magnify_errors_of_the_plan(slipping, rng):
 
 def test_panels_of_a_column_are_lower_if_there_are_many(hop_gait):
     assert len(choose_rows(view_motion(hop_gait.motion))) == 7
-    figure = plot_gait(hop_gait, style=COLUMN)
+    figure = draw(hop_gait, style=COLUMN)
     assert figure.get_figheight() <= 7.0
     assert is_inside(figure)
     check_texts(figure)
@@ -106,7 +106,7 @@ def test_panels_of_a_column_are_lower_if_there_are_many(hop_gait):
 
 @pytest.mark.parametrize("width", [3.5, 7.0])
 def test_a_figure_with_many_panels_is_not_taller_than_a_page(hop_gait, width):
-    figure = plot_gait(hop_gait, style=FigureStyle(width=width, font_size=8.5))
+    figure = draw(hop_gait, style=FigureStyle(width=width, font_size=8.5))
     assert sum(axes.get_label() in choose_rows(view_motion(hop_gait.motion)) for axes in figure.axes) > 4
     assert figure.get_figheight() <= 9.0
     check_texts(figure)
@@ -132,8 +132,8 @@ def test_a_comparison_with_many_rows_is_not_taller_than_a_page(slipping, width, 
 
 
 @pytest.mark.parametrize("width", [2.5, 3.0, 3.5, 4.0])
-def test_the_facts_of_a_title_are_not_divided(slipping, width):
-    title = plot_gait(slipping, style=FigureStyle(width=width)).get_suptitle()
+def test_the_facts_of_a_title_are_not_divided(slipping, title_of, width):
+    title = title_of(slipping, style=FigureStyle(width=width))
     lines = title.splitlines()[2:]
     known = ("cost of transport 0.01585", "speed 0.633 m/s", "step length 0.4713 m", r"friction $\mu$ = 0.14")
     facts = ", ".join(lines).split(", ")
@@ -144,7 +144,7 @@ def test_the_facts_of_a_title_are_not_divided(slipping, width):
 
 @pytest.mark.parametrize(("width", "below"), [(3.5, -1.25), (7.2, -1.75)])
 def test_a_panel_has_room_for_a_legend_only_if_it_contains_one(slipping, width, below):
-    low, high = axes_of(plot_gait(slipping, style=FigureStyle(width=width)))["force ratio"].get_ylim()
+    low, high = axes_of(draw(slipping, style=FigureStyle(width=width)))["force ratio"].get_ylim()
     assert high == pytest.approx(1.25 * 0.14, rel=1e-6)
     assert low == pytest.approx(below * 0.14, rel=1e-6)
 

@@ -21,7 +21,7 @@ PANELS = ("angles", "torques", "force ratio", "foot speed")
 
 
 draw = functools.cache(plot_gait)
-"""Figures at their defaults, each drawn once for all tests, which do not change them."""
+"""Figures, each drawn once for all tests, which do not change them."""
 
 
 def axes_of(figure):
@@ -49,16 +49,17 @@ def test_panels_share_a_time_axis_and_name_their_units(slipping):
     assert slipping.period < end < 1.02 * slipping.period  # the mark of the touchdown impulse is within the axes
 
 
-def test_title_sums_up_the_gait(slipping):
-    title = plot_gait(slipping, title="A walker on ice").get_suptitle()
+def test_title_sums_up_the_gait(slipping, title_of):
+    assert title_of(slipping) == draw(slipping).get_suptitle()
+    title = title_of(slipping, title="A walker on ice")
     assert title.startswith("A walker on ice\n")
     for part in (str(slipping.sequence), "0.01585", "0.633 m/s", "0.4713 m", r"$\mu$ = 0.14"):
         assert part in title
 
 
-def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_one(slipping):
+def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_one(slipping, title_of):
     gait = replace(slipping, problem={**slipping.problem, "robust": {"nominal_friction": 0.3}})
-    title = plot_gait(gait, style=FigureStyle(width=20)).get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
+    title = title_of(gait, style=FigureStyle(width=20)).replace("\N{NO-BREAK SPACE}", " ")
     assert r"planned for the lowest friction $\mu$ = 0.14, nominal $\mu$ = 0.3" in title
     assert "nominal" not in draw(slipping).get_suptitle()
     assert "robust" not in title
@@ -67,58 +68,60 @@ def test_title_of_a_robust_gait_states_the_friction_of_the_plan_and_the_nominal_
 @pytest.mark.parametrize(
     ("survived", "unseen", "verdict"), [(8, 20, "robust"), (8, 19, "not fully robust"), (7, 20, "not robust")]
 )
-def test_title_of_a_robust_gait_states_whether_all_scenarios_are_survived(slipping, survived, unseen, verdict):
+def test_title_of_a_robust_gait_states_whether_all_scenarios_are_survived(
+    slipping, title_of, survived, unseen, verdict
+):
     plan = {"survived": survived, "candidates": 8, "unseen": {"survived": unseen, "scenarios": 20}}
     robust = replace(slipping, problem={**slipping.problem, "robust": plan})
     for width, replay in ((7.2, "verified by replay"), (3.5, "verified")):  # a column omits no verdict
-        title = plot_gait(robust, style=FigureStyle(width=width)).get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
+        title = title_of(robust, style=FigureStyle(width=width)).replace("\N{NO-BREAK SPACE}", " ")
         assert f"({replay}, {verdict})" in " ".join(title.split())
 
 
-def test_title_states_the_minimised_objective_first(slipping):
+def test_title_states_the_minimised_objective_first(slipping, title_of):
     problem = {**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
     gait = replace(slipping, problem=problem, solver=replace(slipping.solver, objective=2.8299))
-    title = plot_gait(gait).get_suptitle().splitlines()
+    title = title_of(gait).splitlines()
     assert title[2].startswith("torque squared 2.83 N² m² s, cost of transport 0.01585")
-    narrow = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
+    narrow = title_of(gait, style=FigureStyle(width=3.5)).splitlines()
     assert [len(title), len(narrow)] == [4, 4]
     assert title[3] == r"step length 0.4713 m, friction $\mu$ = 0.14"
     assert narrow[3] == "speed 0.633 m/s, step length 0.4713 m"
     assert narrow[2].startswith("torque squared 2.83 N² m² s")
 
 
-def test_a_narrow_title_omits_only_the_numbers_that_do_not_fit(slipping):
+def test_a_narrow_title_omits_only_the_numbers_that_do_not_fit(slipping, title_of):
     problem = {**slipping.problem, "objective": "torque_squared", "objective_unit": "N^2 m^2 s"}
     gait = replace(slipping, problem=problem, solver=replace(slipping.solver, objective=2.8))
-    title = plot_gait(gait, style=FigureStyle(width=3.5)).get_suptitle().splitlines()
+    title = title_of(gait, style=FigureStyle(width=3.5)).splitlines()
     assert title[2] == "torque squared 2.8 N² m² s, speed 0.633 m/s"  # without the cost of transport
 
 
-def test_title_states_the_parameters_that_were_set(slipping):
+def test_title_states_the_parameters_that_were_set(slipping, title_of):
     parameters = {"friction": 0.2, "hip_mass": 12.5, "intervals": 8}
     script = {"file": "own.py", "sha256": "0", "parameters": parameters, "set": ["hip_mass", "intervals"]}
     gait = replace(slipping, problem={**slipping.problem, "script": script})
-    assert plot_gait(gait).get_suptitle().splitlines()[-1] == "set: hip mass 12.5, intervals 8"
+    assert title_of(gait).splitlines()[-1] == "set: hip mass 12.5, intervals 8"
     script["set"] = ["hip_mass", "intervals", "friction"]
-    narrow = plot_gait(gait, style=FigureStyle(width=2.5)).get_suptitle().splitlines()
+    narrow = title_of(gait, style=FigureStyle(width=2.5)).splitlines()
     assert narrow[-1] == "set: hip mass 12.5, 2 more"
-    assert "set:" not in plot_gait(gait, title="my own").get_suptitle()
+    assert "set:" not in title_of(gait, title="my own")
 
 
 def test_a_thin_leg_is_drawn_above_the_thick_one_that_would_hide_it(slipping):
-    axes = axes_of(plot_gait(slipping))["stick figures"]
+    axes = axes_of(draw(slipping))["stick figures"]
     legs = {line.get_linewidth(): line.get_zorder() for line in axes.lines if line.get_linewidth() in (1.3, 2.6)}
     assert legs[1.3] > legs[2.6]
 
 
-def test_title_says_whether_the_gait_was_replayed(slipping):
+def test_title_says_whether_the_gait_was_replayed(slipping, title_of):
     assert "verified by replay" in draw(slipping).get_suptitle()
-    assert "not replayed" in plot_gait(replace(slipping, verification=None)).get_suptitle()
+    assert "not replayed" in title_of(replace(slipping, verification=None))
 
 
-def test_the_bar_of_an_impact_does_not_begin_a_line_of_the_title(slipping):
+def test_the_bar_of_an_impact_does_not_begin_a_line_of_the_title(slipping, title_of):
     for width in (2.5, 3.5, 5.0):
-        title = plot_gait(slipping, style=FigureStyle(width=width)).get_suptitle()
+        title = title_of(slipping, style=FigureStyle(width=width))
         assert not any(line.startswith("|") for line in title.splitlines())
 
 
@@ -216,7 +219,7 @@ def test_every_slip_phase_has_a_stick_figure(slipping_both_ways):
 
 
 def test_a_failed_gait_says_so(infeasible, slipping):
-    texts = [text.get_text() for text in axes_of(plot_gait(infeasible))["warning"].texts]
+    texts = [text.get_text() for text in axes_of(draw(infeasible))["warning"].texts]
     assert any(text.startswith("NOT A SOLUTION (infeasible)") for text in texts)
     assert "warning" not in axes_of(draw(slipping))
 
@@ -226,7 +229,7 @@ def test_a_gait_of_nan_is_drawn_as_a_message(not_a_number):
     assert any("not finite" in text for text in texts)
 
 
-def test_ground_is_inclined_on_a_slope(sloping, slipping):
+def test_ground_is_inclined_on_a_slope(sloping, slipping, title_of):
     def slope(gait):
         ground = max(axes_of(draw(gait))["stick figures"].lines, key=lambda line: np.ptp(line.get_xdata()))
         return float(np.ptp(ground.get_ydata()) / np.ptp(ground.get_xdata()))
@@ -236,7 +239,7 @@ def test_ground_is_inclined_on_a_slope(sloping, slipping):
     assert "slope of 3\N{DEGREE SIGN} downhill" in draw(sloping).get_suptitle()
     parameters = {**sloping.motion.parameters, "slope": -sloping.motion.parameters["slope"]}
     rising = replace(sloping, motion=replace(sloping.motion, parameters=parameters))
-    assert "slope of 3\N{DEGREE SIGN} uphill" in draw(rising).get_suptitle()
+    assert "slope of 3\N{DEGREE SIGN} uphill" in title_of(rising)
 
 
 def check_texts(figure, *, least=8):

@@ -1,5 +1,6 @@
 """Figures of robots with several contacts: every foot, stop, mode and flight is drawn."""
 
+import functools
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -40,10 +41,14 @@ from gaitopt.plot.style import MODE_FILL, PATCH, leg_color
 from gaitopt.report.motion_charts import time_charts
 from gaitopt.simulation import place_planar, simulate_planar
 from tests.conftest import ROOT
-from tests.plot.test_gait_figure import axes_of, check_texts, every_text
+from tests.plot.test_gait_figure import axes_of, check_texts, draw, every_text
 from tests.simulation.planar_examples import heel_toe_walker
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
+
+
+draw_motion = functools.cache(plot_motion)
+"""Figures of motions, each drawn once for all tests, which do not change them."""
 
 
 def period_of(script):
@@ -74,8 +79,8 @@ def labels(axes):
 
 
 @pytest.mark.slow
-def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
-    axes = axes_of(plot_gait(hop_gait))
+def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait, title_of):
+    axes = axes_of(draw(hop_gait))
     expected = [
         "modes",
         "angles",
@@ -91,8 +96,8 @@ def test_panels_of_a_hop_are_those_of_its_units_and_contacts(hop_gait):
     assert labels(axes["modes"]) == ["foot"]
     assert "flight" in [text.get_text() for text in axes["modes"].texts]
     assert "flight" in [text.get_text() for text in axes["stick figures"].texts]
-    assert "'foot stick > flight |' (verified by replay)" in plot_gait(hop_gait).get_suptitle()
-    assert "'foot stick > flight |' (not replayed)" in plot_gait(replace(hop_gait, verification=None)).get_suptitle()
+    assert "'foot stick > flight |' (verified by replay)" in draw(hop_gait).get_suptitle()
+    assert "'foot stick > flight |' (not replayed)" in title_of(replace(hop_gait, verification=None))
 
 
 @pytest.mark.slow
@@ -111,7 +116,7 @@ def test_labels_of_eight_panels_lie_apart(hop_gait, width):
 
 
 def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
-    axes = axes_of(plot_motion(both_feet))
+    axes = axes_of(draw_motion(both_feet, title="both_feet", style=FigureStyle(width=7.2)))
     assert labels(axes["modes"]) == ["foot A", "foot B"]
     for name in ("normal forces", "force ratio", "foot speed"):
         colors = [line.get_color() for line in axes[name].lines[:2]]
@@ -126,7 +131,7 @@ def test_every_foot_shows_its_force_its_cone_and_its_mode(both_feet):
 
 
 def test_no_force_is_drawn_while_a_foot_is_in_the_air(hop_gait):
-    view, line = view_motion(hop_gait.motion), axes_of(plot_gait(hop_gait))["normal forces"].lines[0]
+    view, line = view_motion(hop_gait.motion), axes_of(draw(hop_gait))["normal forces"].lines[0]
     time, force = line.get_data()
     flight = (time > view.segments[1].time[0]) & np.isfinite(time)
     assert np.isnan(force[flight]).all()
@@ -134,7 +139,7 @@ def test_no_force_is_drawn_while_a_foot_is_in_the_air(hop_gait):
 
 
 def test_joint_stops_are_drawn_among_the_angles_and_in_the_mode_bar(kneed):
-    axes = axes_of(plot_motion(kneed))
+    axes = axes_of(draw_motion(kneed, title="kneed", style=FigureStyle(width=7.2)))
     assert labels(axes["modes"]) == ["foot A", "knee A", "knee B"]
     assert "joint stop" in axes["angles"].get_legend_handles_labels()[1]
     levels = [line.get_ydata()[0] for line in axes["angles"].lines if len(line.get_ydata()) == 2]
@@ -144,7 +149,7 @@ def test_joint_stops_are_drawn_among_the_angles_and_in_the_mode_bar(kneed):
 
 
 def test_a_stop_of_two_coordinates_shows_its_gap(hopper):
-    axes = axes_of(plot_motion(hopper))
+    axes = axes_of(draw_motion(hopper, title="hopper", style=FigureStyle(width=7.2)))
     assert "full length, gap" in axes["lengths"].get_legend_handles_labels()[1]
     assert "force ratio" not in axes  # its sole has no tangential force
 
@@ -183,12 +188,12 @@ def test_every_mode_has_a_colour():
 @pytest.mark.parametrize("width", [7.2, 3.5])
 @pytest.mark.parametrize("name", ["kneed", "hopper", "both_feet"])
 def test_texts_of_motions_are_large_enough_inside_the_page_and_apart(name, width, request):
-    check_texts(plot_motion(request.getfixturevalue(name), title=name, style=FigureStyle(width=width)))
+    check_texts(draw_motion(request.getfixturevalue(name), title=name, style=FigureStyle(width=width)))
 
 
 @pytest.mark.parametrize("width", [7.2, 3.5])
 def test_a_phase_with_slips_in_both_directions_has_a_shading_of_neither(both_feet, width):
-    axes = axes_of(plot_motion(both_feet, style=FigureStyle(width=width)))
+    axes = axes_of(draw_motion(both_feet, title="both_feet", style=FigureStyle(width=width)))
     shades = [patch.get_gid() for patch in axes["angles"].patches if patch.get_gid()]
     assert shades == ["slip+", "slip+ slip-"]
     key = axes["modes"] if width < 5 else axes["modes key"]
@@ -218,7 +223,7 @@ def test_slips_of_rounding_errors_are_neither_enlarged_nor_stated_exactly(both_f
 def test_a_sample_is_drawn_once_where_a_flight_has_few(hopper):
     instants = choose_instants(hopper)
     assert len({(id(instant.segment), instant.sample) for instant in instants}) == len(instants) < 9
-    (body, *_) = axes_of(plot_motion(hopper))["lengths"].lines
+    (body, *_) = axes_of(draw_motion(hopper, title="hopper", style=FigureStyle(width=7.2)))["lengths"].lines
     time, height = body.get_data()
     inside = time > hopper.segments[-1].time[0]
     fall = np.polynomial.Polynomial.fit(time[inside], height[inside], 2)
@@ -234,18 +239,18 @@ def test_modes_of_phases_too_short_for_their_names_are_in_the_legend(hop_gait):
         assert axes.get_legend_handles_labels()[1] == labels_of_bars
 
 
-def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait):
+def test_a_contact_and_its_mode_are_on_one_line_of_the_title(hop_gait, title_of):
     sequence = "heel A stick, toe B stick > heel A stick | heel A stick, toe A stick > toe A stick |"
     title = f"{sequence}\nslip+ stick slip- | stick"
     for width in (2.5, 3.5, 5.0):
-        lines = plot_gait(hop_gait, title=title, style=FigureStyle(width=width)).get_suptitle().splitlines()
+        lines = title_of(hop_gait, title=title, style=FigureStyle(width=width)).splitlines()
         assert " ".join(lines).startswith(show_minus(title.replace("\n", " ")))
         assert not any(line.startswith(("stick,", "stick >", "stick |", "A ", "B ", "|")) for line in lines)
 
 
-def test_the_sequence_has_one_line_of_the_title_however_long_it_is():
+def test_the_sequence_has_one_line_of_the_title_however_long_it_is(title_of):
     gait = load(ROOT / "tests/problems/bounding_quadruped.h5")
-    narrow, wide = (plot_gait(gait, style=FigureStyle(width=width)).get_suptitle().splitlines() for width in (3.5, 7.2))
+    narrow, wide = (title_of(gait, style=FigureStyle(width=width)).splitlines() for width in (3.5, 7.2))
     assert [len(narrow), len(wide)] == [4, 3]
     assert narrow[3] == r"step length 0.8 m, friction $\mu$ = 0.8"
     assert narrow[1].endswith("\N{HORIZONTAL ELLIPSIS} (verified)")
@@ -283,7 +288,7 @@ def test_the_axis_of_normal_forces_has_space_above_the_largest(kneed):
 
 @pytest.mark.slow
 def test_texts_of_a_gait_are_large_enough_inside_the_page_and_apart(hop_gait):
-    check_texts(plot_gait(hop_gait))
+    check_texts(draw(hop_gait))
     narrow = plot_gait(hop_gait, style=FigureStyle(width=3.5, titled=False))
     assert every_text(narrow)
 
