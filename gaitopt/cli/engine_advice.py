@@ -1,16 +1,48 @@
-"""Advice on a faster engine, printed by commands whose walks are slow."""
+"""The engine of commands with many walks, and advice on a faster one."""
 
 import time
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from gaitopt.cli.output import err
 
 if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import AnyGait
     from gaitopt.simulation.engine import Engine
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
 
 SLOW = 3.0
 """Processor time of the assessment of a gait after which a faster engine is advised [s]."""
+
+
+def engine_for_walks(gait: "AnyGait", law: Any, name: str, *, hidden: bool) -> "Engine | PlanarEngine | None":
+    """Return the engine of many walks of a gait by name; None for the usual one of a robot with one foot on the ground.
+
+    For robots with several contacts, ``"auto"`` is heyoka if the feedback of the law is stiff, which is printed unless
+    it is hidden.
+
+    Parameters
+    ----------
+    gait : Gait or PlanarGait
+    law : Law, PlanarLaw or None
+        None if the law is not known yet.
+    name : str
+    hidden : bool
+    """
+    from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.simulation.engine_choice import engine_for
+
+    if name != "auto" or not isinstance(gait, PlanarGait) or law is None:
+        return engine_for(gait.robot, name)
+    from gaitopt.simulation.stiff_feedback import planar_engine_for_walks
+
+    engine = planar_engine_for_walks(gait, law)
+    if engine.name == "heyoka" and not hidden:
+        err.print(
+            "The feedback is stiff: the heyoka engine simulates the walks, after a compilation of some seconds "
+            "(--engine scipy selects the other engine).",
+            soft_wrap=True,
+        )
+    return engine
 
 
 class EngineAdvice:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from gaitopt.cli.engine_advice import engine_for_walks
 from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unstable, tuning_facts
 from gaitopt.cli.law_option import design_for
 from gaitopt.cli.law_trials import LawTrials, try_other_laws
@@ -76,7 +77,6 @@ def tune(
     """
     from gaitopt.cli.script import load_feedback_gait
     from gaitopt.cli.tuning_announcement import TuningAnnouncement
-    from gaitopt.simulation.engine_choice import engine_for
     from gaitopt.stability.recovery import PushTest
     from gaitopt.tuning.gain_search import GainSearchOptions
     from gaitopt.tuning.tuning_objective import SensitivityNorm, SpectralRadius
@@ -88,7 +88,8 @@ def tune(
         gait = load_feedback_gait(file, problem)
         family = _family_of(gait, law, torque_limit, stance_angle)
         family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
-        used = engine_for(gait.robot, engine)
+        initial = family.law({gain.name: gain.start for gain in family.gains})
+        used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")

@@ -322,8 +322,8 @@ EngineName = Annotated[
     typer.Option(
         "--engine",
         metavar="NAME",
-        help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed (for a robot with "
-        "several contacts: scipy).",
+        help="Simulation engine: heyoka, scipy, or auto for the fastest one that is installed. For a robot with "
+        "several contacts, auto is scipy; tune, push and trace of a saved gait use heyoka if the feedback is stiff.",
     ),
 ]
 Workers = Annotated[

@@ -10,7 +10,7 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.engine_advice import EngineAdvice
+from gaitopt.cli.engine_advice import EngineAdvice, engine_for_walks
 from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, format_limits, print_endurance, resume_text
 from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
 from gaitopt.cli.options import (
@@ -106,7 +106,6 @@ def push(
     Example: gaitopt push compass_slip.h5 --law lqr
     """
     from gaitopt.cli.script import load_feedback_gait
-    from gaitopt.simulation.engine_choice import engine_for
     from gaitopt.stability.assessment import assess_stability
     from gaitopt.stability.recovery import PushTest
     from gaitopt.study.robustness.robustness_record import RobustnessRecord
@@ -114,7 +113,7 @@ def push(
     began = time.perf_counter()
     gait = load_feedback_gait(file, problem)
     chosen, title = law_of_gait(gait, law, gain, torque_limit, stance_angle), law_title(law, stance_angle)
-    used, test = engine_for(gait.robot, engine), PushTest(starts=starts)
+    used, test = engine_for_walks(gait, chosen, engine, hidden=json or quiet), PushTest(starts=starts)
     advice = EngineAdvice(hidden=json or quiet)
     cycle = assess_stability(gait, chosen, engine=used)
     advice.give(_choose_engine(chosen, gait, used))

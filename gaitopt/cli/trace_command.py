@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import attrs
 import typer
 
-from gaitopt.cli.engine_advice import EngineAdvice
+from gaitopt.cli.engine_advice import EngineAdvice, engine_for_walks
 from gaitopt.cli.law_option import OPEN_LOOP, find_feedback
 from gaitopt.cli.options import (
     EngineName,
@@ -219,7 +219,7 @@ def _trace_request(
 
     over, second = ranges
     other = None if second is None else _trace_inputs(request, second, hidden=True, option="--second").axis
-    advice = EngineAdvice(hidden=hidden)
+    advice, request = EngineAdvice(hidden=hidden), _choose_engine(request, hidden=hidden)
     inputs = _trace_inputs(request, over, hidden=hidden)
     walk, axis, start = inputs.problem, inputs.axis, inputs.start
     progress = TraceProgress(display, next(iter(axis)), inputs.unit, inputs.factor)
@@ -358,6 +358,17 @@ def read_range(text: str, option: str) -> tuple[str, tuple[float, float]]:
     except ValueError:
         raise InputError(f"{option} must have the form NAME=FROM:TO, got {text!r}.") from None
     return name.strip(), (low, high)
+
+
+def _choose_engine(request: "Request", *, hidden: bool) -> "Request":
+    """Return the request with the engine of the walks of a saved gait of a robot with several contacts."""
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    if request.is_script or not isinstance(request.gait, PlanarGait) or request.feedback is None:
+        return request
+    law = request.feedback(request.gait, request.gait.robot)
+    engine = engine_for_walks(request.gait, law, request.engine, hidden=hidden)
+    return request if engine is None else replace(request, engine=engine.name)
 
 
 def _find_engine(name: str, problem: "AnyWalkProblem") -> "Engine | PlanarEngine":

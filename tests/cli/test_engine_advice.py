@@ -1,5 +1,7 @@
 """Commands whose walks are slow state how they become faster."""
 
+from importlib.util import find_spec
+
 import pytest
 
 from gaitopt import InputError
@@ -40,9 +42,33 @@ def test_the_commands_give_the_advice_before_their_walks(command, root, slow, mo
     def stop(*arguments, **options):
         raise InputError("stopped")
 
+    monkeypatch.setattr("gaitopt.simulation.stiff_feedback.find_spec", lambda name: None)
     monkeypatch.setattr("gaitopt.cli.trace_command._trace", stop)
     monkeypatch.setattr("gaitopt.cli.push_command._resume", stop)
     verb, *options = words
     run = command(verb, root / "docs/examples/heel_toe.h5", *options)
     assert run.err.endswith("Error: stopped\n")
     assert "With stiff feedback the heyoka engine is about ten times faster" in run.err
+
+
+TUNE = ("tune", "--law", "joint_pd", "--starts", "1")
+
+
+@pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed")
+@pytest.mark.parametrize("words", [TUNE, (*TRACE, "--law", "joint_pd"), (*PUSH, "--law", "joint_pd")])
+def test_stiff_feedback_is_simulated_by_heyoka(command, root, monkeypatch, words):
+    used = []
+
+    def stop(*arguments, **options):
+        used.append(options.get("engine") or arguments[-1]["engine"])
+        raise InputError("stopped")
+
+    monkeypatch.setattr("gaitopt.simulation.stiff_feedback.STIFF", 1)
+    monkeypatch.setattr("gaitopt.cli.inputs.assess_planar", stop)
+    monkeypatch.setattr("gaitopt.stability.assessment.assess_stability", stop)
+    monkeypatch.setattr("gaitopt.cli.feedback._tune", stop)
+    verb, *options = words
+    run = command(verb, root / "docs/examples/heel_toe.h5", *options)
+    assert "The feedback is stiff: the heyoka engine simulates the walks" in run.err
+    assert run.err.endswith("Error: stopped\n")
+    assert [engine.name for engine in used] == ["heyoka"]

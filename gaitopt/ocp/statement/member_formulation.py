@@ -1,16 +1,16 @@
 """Several gait problems as mathematics: the first one, and what differs in the others."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from gaitopt.model.formulation import Formula, escape_latex
-from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.statement.problem_formulation import formulate_gait_problem
 
 OBJECTIVE = "minimise"
 """Label of the objective in the formulation of a gait problem."""
 
 
-def formulate_members(problems: Sequence[GaitProblem], kind: str, omit: Sequence[str] = ()) -> tuple[Formula, ...]:
+def formulate_members(problems: Sequence[Any], kind: str, omit: Sequence[str] = ()) -> tuple[Formula, ...]:
     """Return the formulation of the first problem, and the lines of the others that differ from it.
 
     Parameters
@@ -23,7 +23,7 @@ def formulate_members(problems: Sequence[GaitProblem], kind: str, omit: Sequence
 
     Examples
     --------
-    >>> from gaitopt import compass_biped
+    >>> from gaitopt import GaitProblem, compass_biped
     >>> problem = GaitProblem(robot=compass_biped(), sequence="stick | stick", speed=0.6)
     >>> for line in formulate_members([problem, problem.replace(speed=0.7)], "step")[-3:]:
     ...     print(line.label, line.text)
@@ -56,7 +56,7 @@ def _state_member(lines: Sequence[Formula], number: int) -> Iterator[Formula]:
         former = label
 
 
-def _label_lines(problem: GaitProblem, omit: Sequence[str]) -> Iterator[Formula]:
+def _label_lines(problem: Any, omit: Sequence[str]) -> Iterator[Formula]:
     """Yield the lines of a problem, each with the label of the line above if it has none."""
     label = ""
     for each in formulate_gait_problem(problem).formulas:
