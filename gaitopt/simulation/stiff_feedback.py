@@ -19,8 +19,8 @@ STIFF = 6000
 """Evaluations of the equations of motion in a period beyond which the feedback is stiff.
 
 heyoka compiles the contact states of a walker with ankles for about ten seconds.  DOP853 evaluates its equations about
-700 times in a period without feedback and 8,000 to 130,000 times under feedback at the ankles; the multipliers then take
-3 to 48 s, with heyoka 1 to 3 s.
+700 times in a period without feedback, and 8,000 to 130,000 times under feedback at the ankles.  The multipliers then
+take 3 to 48 s, with heyoka 1 to 3 s.
 """
 
 
