@@ -178,8 +178,11 @@ class BranchFollower:
         if following.sample.structure != point.sample.structure:
             if distance > 3 * step:
                 return False
-            self._observe_work("locating a change of the contact sequence", point.value)
-            self._brackets = structure_brackets(self.stepper, point, following)
+
+            def observe(distance: float) -> None:
+                self._observe_work(f"locating a change of the contact sequence, within {distance:.0e}", point.value)
+
+            self._brackets = structure_brackets(self.stepper, point, following, observe)
             # Between points of two branches no change can be located.
             return bool(self._brackets) and all(self._distance(*pair) <= LOCATED for pair in self._brackets)
         return distance <= 1.5 * step and self.stepper.angle(point, following) <= self.stepper.options.largest_angle

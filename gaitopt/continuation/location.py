@@ -40,6 +40,7 @@ that this counts for."""
 Describe = Callable[[object], str]
 """Names the structure of a sample."""
 Test = Callable[[CurvePoint], float]
+DistanceObserver = Callable[[float], None]
 KindObserver = Callable[[SpecialKind, float], None]
 
 
@@ -74,13 +75,16 @@ def point_between(stepper: Stepper, one: CurvePoint, other: CurvePoint, share: f
     raise LocationError
 
 
-def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> list[tuple[CurvePoint, CurvePoint]]:
+def structure_brackets(
+    stepper: Stepper, one: CurvePoint, other: CurvePoint, observer: DistanceObserver | None = None
+) -> list[tuple[CurvePoint, CurvePoint]]:
     """Return neighbours of different structure between two points, as close to each other as `WIDTH`, in order.
 
-    Changes that are not separated by more than this are one change: events coincide there.
+    Changes that are not separated by more than this are one change: events coincide there.  The observer is called with
+    the scaled distance of the points of each interval that is divided.
     """
     merged = list[tuple[CurvePoint, CurvePoint]]()
-    for near, far in _brackets(stepper, one, other):
+    for near, far in _brackets(stepper, one, other, observer):
         if merged:
             gap = stepper.position(near) - stepper.position(merged[-1][1])
             if float(np.linalg.norm(gap)) <= 1e3 * WIDTH:
@@ -91,7 +95,11 @@ def structure_brackets(stepper: Stepper, one: CurvePoint, other: CurvePoint) -> 
 
 
 def _brackets(
-    stepper: Stepper, one: CurvePoint, other: CurvePoint, left: int = MOST_BISECTIONS
+    stepper: Stepper,
+    one: CurvePoint,
+    other: CurvePoint,
+    observer: DistanceObserver | None,
+    left: int = MOST_BISECTIONS,
 ) -> Iterator[tuple[CurvePoint, CurvePoint]]:
     """Yield neighbours of different structure; those that `left` bisections do not bring together are not located."""
     if one.sample.structure == other.sample.structure:
@@ -100,6 +108,8 @@ def _brackets(
     if (abs(other.value - one.value) <= WIDTH and distance <= CHORD) or distance <= SHORTEST_CHORD:
         yield one, other
         return
+    if observer is not None:
+        observer(distance)
     try:
         middle = point_between(stepper, one, other, 0.5) if left else None
     except LocationError:
@@ -109,7 +119,7 @@ def _brackets(
         return
     for near, far in ((one, middle), (middle, other)):
         shrinks = float(np.linalg.norm(stepper.position(far) - stepper.position(near))) < LEAST_DECREASE * distance
-        yield from _brackets(stepper, near, far, left - 1 if shrinks else max(left - STALL, 0))
+        yield from _brackets(stepper, near, far, observer, left - 1 if shrinks else max(left - STALL, 0))
 
 
 def describe_change(stepper: Stepper, one: CurvePoint, other: CurvePoint, name: Describe) -> SpecialPoint:

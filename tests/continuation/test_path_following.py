@@ -197,5 +197,8 @@ def test_middle_points_that_do_not_come_closer_end_the_location_of_a_change(monk
 
     monkeypatch.setattr(location, "point_between", find_far_point)
     stepper = SimpleNamespace(position=lambda point: np.array([point.value, 5.0 * (point is far)]))
-    assert location.structure_brackets(stepper, left, right) == [(far, right)]
+    distances = []
+    assert location.structure_brackets(stepper, left, right, distances.append) == [(far, right)]
+    assert distances[0] == 1.0
+    assert len(distances) == len(asked) + 1  # the last interval is not divided
     assert len(asked) <= 1 + location.MOST_BISECTIONS / location.STALL
