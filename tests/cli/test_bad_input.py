@@ -152,14 +152,24 @@ def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, fo
     assert "own.py is a script, not a result; solve it first: gaitopt solve " in run.err
 
 
-@pytest.mark.parametrize(("name", "kind"), [("a.png", "a figure"), ("a.gif", "an animation"), ("a.html", "a page")])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("a.png", "a figure"),
+        ("a.gif", "an animation"),
+        ("a.html", "a page"),
+        ("a.csv", "a table"),
+        ("a.h", "a controller in C"),
+    ],
+)
 def test_a_drawing_in_place_of_a_result_is_to_be_opened_or_its_result_specified(command, folder, name, kind):
     (folder / name).write_bytes(b"any")
     for result in (" (.h5, .nc or .json).", ", such as a.nc."):
         run = command("plot", name, "--quiet")
         assert run.status == 2
         said = " ".join(run.err.split())
-        assert f"{name} is {kind}, which does not contain the result that it shows; open it in a " in said
+        relation = "is exported from" if name in ("a.csv", "a.h") else "shows"
+        assert f"{name} is {kind}, which does not contain the result that it {relation}; open it in a" in said
         assert said.endswith(f"or specify the file of its result{result}")
         (folder / "a.nc").write_bytes(b"any")
 

@@ -165,8 +165,8 @@ def test_missing_columns_are_named_with_those_of_the_file(tmp_path):
     with pytest.raises(InputError) as raised:
         read_motion(path, robot)
     assert str(raised.value) == (
-        f"{path} has no columns of the coordinates 'x', 'y'; it has those of the time and of {', '.join(given)}. Add x_m, "
-        "y_m; state x, y such that the standing foot is on the ground."
+        f"{path} has no columns of the coordinates 'x', 'y'; it has those of the time and of {', '.join(given)}. "
+        "Add x_m, y_m; state x, y such that the standing foot is on the ground."
     )
 
 
