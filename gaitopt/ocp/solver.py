@@ -131,9 +131,9 @@ def solve(
     """
     if isinstance(problem, GaitProblem):
         began, count = time.perf_counter(), _IterationCount(observer)
-        gait: Gait | PlanarGait = _solve_problem(problem, starts, solver, homotopy, count)
-        if not gait.status.ok:
-            gait = _report_totals(gait, count.iterations, time.perf_counter() - began)
+        best = _solve_problem(problem, starts, solver, homotopy, count)
+        seconds = time.perf_counter() - began
+        gait: Gait | PlanarGait = best if best.status.ok else _report_totals(best, count.iterations, seconds)
     else:
         from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
         from gaitopt.ocp.multicontact.planar_solver import solve_planar

@@ -145,6 +145,33 @@ def test_a_script_with_a_robot_alone_has_no_result_that_is_to_be_solved_first(co
     assert "own.py is a script with a robot alone, not a result." in run.err
 
 
+@pytest.mark.parametrize("verb", ["solve", "sweep"])
+def test_a_folder_in_place_of_a_script_names_the_command_that_lists_its_problems(command, folder, verb):
+    (folder / "walks").mkdir()
+    said = "walks is a folder, not a script; 'gaitopt problems walks' lists the problems in it."
+    options = ("--over", "friction=0.1:0.2:2", "-o", "a.nc") if verb == "sweep" else ()
+    refused(command(verb, "walks", *options), folder, ["walks"], said=said)
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        (
+            "def servo(robot, motion, torque_limit):\n    return None\n",
+            "'gaitopt stability GAIT.h5 --law own.py:servo'",
+        ),
+        ("limit = 3\n", "Specify the file of a result (.h5, .nc or .json)."),
+    ],
+)
+def test_a_script_without_a_problem_is_not_to_be_solved(command, script, text, advice):
+    script(text)
+    run = command("plot", "own.py", "--quiet")
+    assert run.status == 2
+    assert "own.py is a script without a problem, not a result. " in run.err
+    assert advice in run.err
+    assert "gaitopt solve" not in run.err
+
+
 @pytest.mark.parametrize("verb", ["plot", "doctor"])
 def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, folder, verb):
     run = command(verb, script("def problem():\n    return 3\n"), "--quiet")
@@ -191,7 +218,7 @@ def test_a_missing_script_names_the_nearest(command, script, folder):
 def test_a_folder_or_text_file_is_no_script(command, script, folder):
     script("def problem(): pass", "notes.txt")
     refused(command("solve", "notes.txt"), folder, ["notes.txt"], said="notes.txt is not a Python script")
-    refused(command("solve", folder), folder, ["notes.txt"], said="There is no problem script")
+    refused(command("solve", folder), folder, ["notes.txt"], said="is a folder, not a script; 'gaitopt problems")
 
 
 # Root may write anywhere, so a folder of the kernel stands for one that is not writable.
