@@ -143,6 +143,8 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
     hint = hint or explain_law_alone(path, list_functions(module))
+    near = get_close_matches(function, [each.__name__ for each in list_functions(module)], n=1, cutoff=0.75)
+    hint = hint or (f" It has {near[0]}: did you mean {function!r}?" if near else "")
     alone = explain_robot_alone(vars(module)) if function == "problem" and not hint else ""
     if function == "problem" and not hint and not alone:
         alone = "'gaitopt new NAME' writes a script that has one."

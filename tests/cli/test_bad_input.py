@@ -87,6 +87,8 @@ SCRIPTS = {
     "raises in problem": ("\ndef problem(a=1):\n    return 1 / 0\n", "own.py, line 3 raised ZeroDivisionError"),
     "raises on two lines": ("def problem():\n    raise ValueError('a [b]\\nc')\n", "ValueError: a [b] c"),
     "has a syntax error": ("def problem(:\n", "own.py, line 1: invalid syntax"),
+    "lacks a comma": ("def problem(a=1):\n    return [a a]\n", "Perhaps you forgot a comma?\n"),
+    "misspells its function": ("def problm(a=1):\n    return 3\n", "It has problm: did you mean 'problem'?"),
     "leaves": ("raise SystemExit(0)\n", "own.py, line 1 raised SystemExit"),
     "has no problem": ("x = 1\n", "own.py has no function problem(**parameters)"),
     "has a problem that is no function": ("problem = 3\n", "own.py has no function problem(**parameters)"),
@@ -205,6 +207,12 @@ def test_a_drawing_in_place_of_a_result_is_to_be_opened_or_its_result_specified(
 def test_a_script_that_is_no_text(command, folder, bytes_):
     (folder / "own.py").write_bytes(bytes_)
     refused(command("solve", "own.py"), folder, ["own.py"], said="own.py")
+
+
+def test_a_missing_script_of_a_law_is_not_to_be_written_by_new(command, root, folder):
+    gait = root / "docs" / "examples" / "compass_slip.h5"
+    said = "There is no law script laws/mylaw.py. State its path as SCRIPT.py:FUNCTION; the script of tuned gains is "
+    refused(command("stability", gait, "--law", "laws/mylaw.py:servo"), folder, said=said)
 
 
 def test_a_missing_script_names_the_nearest(command, script, folder):
