@@ -39,7 +39,7 @@ SETTINGS = [
     (["friction=-0.1"], "friction must be at least 0, got -0.1"),
     (["friction=0"], "friction must be greater than 0"),
     (["friction=inf"], "needs a finite friction"),
-    (["torque_limit=-1"], "Limits.torque of ankle must be at least 0 [N m], got -1"),
+    (["torque_limit=-1"], "Limits.torque of every actuator must be at least 0 [N m], got -1"),
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
     (["friction"], "--set must have the form NAME=VALUE, got 'friction'"),
     (["=0.2"], "--set must have the form NAME=VALUE"),
