@@ -69,6 +69,11 @@ class Parameter:
     def __post_init__(self) -> None:
         if math.isinf(self.lower) and self.name.endswith(NONNEGATIVE):
             object.__setattr__(self, "lower", 0.0)
+        if type(self.default) in (int, float) and self.default == self.default:  # check_record refuses others
+            try:
+                self.check(self.default)
+            except InputError as error:
+                raise InputError(f"The default of a parameter is invalid: {error}") from None
 
     def check(self, value: object) -> float:
         """Return `value` as a float, or raise :class:`InputError` with the valid values.
@@ -115,14 +120,15 @@ class Parameter:
 
 @functools.lru_cache(maxsize=1024)
 def recall_parameter(name: str, unit: str = "1", **interval: Any) -> Parameter:
-    """Return a parameter without default and description, the same object for the same arguments.
+    """Return a parameter without description and with any valid default, the same object for the same arguments.
 
     Examples
     --------
     >>> recall_parameter("intervals", lower=2, whole=True).check(20)
     20.0
     """
-    return Parameter(name, 0.0, unit, "", **interval)
+    lower, upper = interval.get("lower", 0.0), interval.get("upper", math.inf)
+    return Parameter(name, upper if math.isfinite(upper) else lower + 1.0, unit, "", **interval)
 
 
 def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], owner: str) -> dict[str, float]:

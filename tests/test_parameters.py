@@ -135,8 +135,10 @@ def test_an_unknown_name_is_named_with_its_owner_and_the_nearest_known_one():
 
 
 def test_a_default_is_checked_as_well():
-    with pytest.raises(InputError, match="wrong must be at least 0"):
-        resolve((Parameter("wrong", -1.0, "1", "a wrong default", lower=0.0),), {}, "robot")
+    with pytest.raises(
+        InputError, match=r"^The default of a parameter is invalid: wrong must be at least 0, got -1\.$"
+    ):
+        Parameter("wrong", -1.0, "1", "a wrong default", lower=0.0)
 
 
 def test_a_bound_that_is_another_parameter():

@@ -178,6 +178,11 @@ def _read(text: str) -> tuple[str, list[float], int]:
         ) from None
     if number < 1:
         raise InputError(f"COUNT of an axis NAME=FROM:TO:COUNT must be at least 1, got {number} in {text!r}.")
+    if colon and number == 1 and numbers[0] != numbers[1]:
+        raise InputError(
+            f"COUNT of a range must be at least 2, got 1 in {text!r}; a single value is written {name.strip()}="
+            f"{numbers[0]:g}."
+        )
     if not all(map(math.isfinite, numbers)):
         raise InputError(f"An axis must have finite values, got {text!r}.")
     return name.strip(), numbers[:number], number

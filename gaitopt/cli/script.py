@@ -114,9 +114,11 @@ def load_script(path: Path, function: str = "problem") -> Callable[..., Any]:
 
 def run_module(path: Path, function: str = "problem") -> types.ModuleType:
     """Return the module of a script, whose function is named in errors, as those of :func:`load_script`."""
+    if path.is_dir():
+        raise InputError(f"{path} is a folder, not a script; 'gaitopt problems {path}' lists the problems in it.")
     if not path.is_file():
         kind = function if function in ("problem", "study") else "law"
-        raise InputError(f"There is no {kind} script {path}. {_nearest_script(path)}")
+        raise InputError(f"There is no {kind} script {path}. {_nearest_script(path, kind)}")
     name = f"problem script {path.stem}"  # not the name of any module the script may want to import
     if path.suffix != ".py":
         raise InputError(f"{path} is not a Python script; a problem script ends in .py.")
@@ -133,33 +135,41 @@ def _missing_function(path: Path, function: str, module: types.ModuleType) -> st
     """Return a sentence on a function that a script does not have, and on those that it has."""
     verbs = {"problem": "solve' or 'gaitopt stability", "study": "run"}
     if function not in verbs:
-        known = [name for name, value in vars(module).items() if _is_defined_in(module, value) and name[0] != "_"]
+        known = [each.__name__ for each in list_functions(module) if each.__name__[0] != "_"]
         if hasattr(module, function):
             kind = type(getattr(module, function)).__name__
             return f"{function} of {path} must be a function, got an object of type {kind}."
         return f"{path} has no function {function}. {suggest(function, known) if known else 'It defines no functions.'}"
     others = [name for name in verbs if callable(getattr(module, name, None))]
     hint = f" It has {others[0]}(...): use 'gaitopt {verbs[others[0]]}'." if others else ""
-    hint = hint or explain_law_alone(path, [value for value in vars(module).values() if _is_defined_in(module, value)])
+    hint = hint or explain_law_alone(path, list_functions(module))
+    near = get_close_matches(function, [each.__name__ for each in list_functions(module)], n=1, cutoff=0.75)
+    hint = hint or (f" It has {near[0]}: did you mean {function!r}?" if near else "")
     alone = explain_robot_alone(vars(module)) if function == "problem" and not hint else ""
     if function == "problem" and not hint and not alone:
         alone = "'gaitopt new NAME' writes a script that has one."
     return f"{path} has no function {function}(**parameters).{hint} {alone}".rstrip()
 
 
-def _is_defined_in(module: types.ModuleType, value: object) -> bool:
-    """Return whether a value is a function that a module defines."""
-    return inspect.isfunction(value) and value.__module__ == module.__name__
+def list_functions(module: types.ModuleType) -> list[types.FunctionType]:
+    """Return the functions that a module defines."""
+    return [each for each in vars(module).values() if inspect.isfunction(each) and each.__module__ == module.__name__]
 
 
-def _nearest_script(path: Path) -> str:
+def _nearest_script(path: Path, kind: str) -> str:
     """Return a sentence with the most similar name among the scripts beside a missing one, or how to list them."""
     folder = path.parent
     scripts = [str(folder / other.name) for other in sorted(folder.glob("*.py"))] if folder.is_dir() else []
     near = get_close_matches(str(path), scripts, n=1)
+    if near:
+        return f"Did you mean '{near[0]}'?"
+    if kind == "law":
+        return (
+            "State its path as SCRIPT.py:FUNCTION; the script of tuned gains is to be moved together with their file."
+        )
     if not scripts:
         return f"The folder {folder} contains no scripts; 'gaitopt new NAME' writes one."
-    return f"Did you mean '{near[0]}'?" if near else f"'gaitopt problems {folder}' lists the scripts of the folder."
+    return f"'gaitopt problems {folder}' lists the scripts of the folder."
 
 
 def script_parameters(function: Callable[..., Any]) -> dict[str, Any]:

@@ -34,7 +34,8 @@ def running_script(path: Path, *, changed: bool = False) -> Iterator[None]:
 def _script_error(path: Path, error: BaseException) -> ScriptError:
     """Return one sentence on an exception raised by a script, with the line of the script if there is one."""
     if isinstance(error, SyntaxError) and error.lineno is not None:
-        return ScriptError(f"{path}, line {error.lineno}: {error.msg}.")
+        end = "" if error.msg.endswith(("?", ".")) else "."
+        return ScriptError(f"{path}, line {error.lineno}: {error.msg}{end}")
     line = _find_line(path, error)
     place = f"{path}, line {line}" if line is not None else str(path)
     return ScriptError(f"{place} raised {type(error).__name__}: {' '.join(str(error).split())}")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
 
 if TYPE_CHECKING:
     from gaitopt.model.planar.planar_robot import PlanarRobot
@@ -30,7 +30,9 @@ hopper.py'"
 
 
 def refuse_walk_script(file: Path) -> None:
-    """Raise InputError if a file is a script with a walking problem or a robot alone: no result can be solved first.
+    """Raise InputError if a file is a script without an optimisation: no result of it can be solved first.
+
+    It contains a walking problem, or a robot or a law alone.
 
     Any other file, also a script with an error, is left to the reader of the result.
 
@@ -40,12 +42,20 @@ def refuse_walk_script(file: Path) -> None:
     """
     if file.suffix != ".py" or not file.is_file():
         return
-    from gaitopt.cli.script import read_script
+    from gaitopt.cli.script import list_functions, run_in_script, run_module
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
     try:
-        problem = read_script(file)()
+        module = run_module(file)
+    except GaitoptError:  # which the reader of the result reports as a script
+        return
+    if not hasattr(module, "problem") and not hasattr(module, "study"):
+        hint = explain_law_alone(file, list_functions(module)).strip() or explain_robot_alone(vars(module))
+        hint = hint or "Specify the file of a result (.h5, .nc or .json)."
+        raise InputError(f"{file} is a script without a problem, not a result. {hint}")
+    try:
+        problem = run_in_script(file, module.problem)
     except Exception:  # not a script with a problem, which the reader of the result reports as a script
         return
     alone = explain_robot_alone({"problem": problem})

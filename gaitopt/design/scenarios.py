@@ -49,7 +49,7 @@ class Scenario:
 def _check_ranges(_: Any, attribute: Any, ranges: Mapping[str, tuple[float, float]]) -> None:
     for name, pair in ranges.items():
         if len(pair) != 2 or not all(map(math.isfinite, pair)) or not pair[0] < pair[1]:
-            raise InputError(f"ranges of {name} must be a pair (lower, upper), got {pair!r}.")
+            raise InputError(f"ranges of {name} must be a pair (lower, upper) with lower < upper, got {pair!r}.")
 
 
 @check_arguments

@@ -80,12 +80,14 @@ def _columns(table: "xr.Dataset") -> Iterator[tuple[str, list[Any]]]:
     for name in (*dims, *table.data_vars):
         variable = table[name]
         unit = str(variable.attrs.get("units", ""))
+        units = str(variable.attrs["actuator_units"]).split(", ") if "actuator_units" in variable.attrs else None
         others = [dim for dim in variable.dims if dim not in dims]
         missing = {dim: table[dim] for dim in dims if dim not in variable.dims}  # such as those of an axis
         full = variable.expand_dims(missing).transpose(*dims, *others).values
-        labels = itertools.product(*(_list_labels(table, dim) for dim in others))
-        for label, values in zip(labels, np.moveaxis(full.reshape(int(np.prod(shape)), -1), 1, 0), strict=True):
-            yield _name_column(str(name), label, unit), values.tolist()
+        labels = list(itertools.product(*(_list_labels(table, dim) for dim in others)))
+        columns = np.moveaxis(full.reshape(int(np.prod(shape)), -1), 1, 0)
+        for label, each, values in zip(labels, units or [unit] * len(labels), columns, strict=True):
+            yield _name_column(str(name), label, each), values.tolist()
 
 
 def _list_labels(table: "xr.Dataset", dim: Any) -> list[str]:

@@ -34,8 +34,10 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     every = (*parameters, *GROUND)
     names = [p.name for p in every]
     if len(set(names)) != len(names):
-        ground = ", ".join(repr(p.name) for p in GROUND)
-        raise InputError(f"Parameters must have different names; {ground} are names of the ground's parameters.")
+        ground = [p.name for p in GROUND]
+        repeated = next(name for name in names if names.count(name) > 1)
+        place = "" if repeated not in ground else f"; {', '.join(map(repr, ground))} are parameters of the ground"
+        raise InputError(f"Parameters must have different names, got {repeated!r} twice{place}.")
     if "gravity" not in names:
         raise InputError("The parameters of a robot must include 'gravity'.")
     for p in parameters:

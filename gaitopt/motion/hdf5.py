@@ -43,8 +43,11 @@ JSON_CONTENTS = {
 """Contents of the JSON files of gaitopt by their format, and the commands that accept them."""
 
 DRAWINGS = dict.fromkeys((".png", ".pdf", ".svg"), "figure") | dict.fromkeys((".gif", ".mp4"), "animation")
-DRAWINGS |= {".html": "page"}
+DRAWINGS |= {".html": "page", ".csv": "table", ".c": "controller in C", ".h": "controller in C"}
 """What files with a suffix are that gaitopt writes of a result, and that do not contain it."""
+
+PROGRAMS = {"page": "a browser", "table": "a spreadsheet", "controller in C": "an editor"}
+"""Programs that open a kind of these files; a viewer opens the others."""
 
 _CACHED_SIZE = 1_000_000
 """Size from which a file is checked once, as long as it does not change [bytes]."""
@@ -175,17 +178,17 @@ def _refuse_json(path: Path) -> None:
 
 
 def _refuse_drawing(path: Path) -> None:
-    """Raise ArchiveError if a file has the suffix of a figure, an animation or a page."""
+    """Raise ArchiveError if a file has the suffix of a figure, an animation, a page, a table or a controller."""
     kind = DRAWINGS.get(path.suffix.lower())
     if kind is None:
         return
     beside = [path.with_suffix(suffix) for suffix in (".h5", ".nc", ".json")]
     result = next((f", such as {file}" for file in beside if file.is_file()), " (.h5, .nc or .json)")
-    program = "a browser" if kind == "page" else "a viewer"
     article = "an" if kind == "animation" else "a"
+    relation = "is exported from" if kind in ("table", "controller in C") else "shows"
     raise ArchiveError(
-        f"{path} is {article} {kind}, which does not contain the result that it shows; open it in {program}, or "
-        f"specify the file of its result{result}."
+        f"{path} is {article} {kind}, which does not contain the result that it {relation}; open it in "
+        f"{PROGRAMS.get(kind, 'a viewer')}, or specify the file of its result{result}."
     )
 
 

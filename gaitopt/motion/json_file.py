@@ -61,5 +61,16 @@ def read_json(path: Path, kind: tuple[str, int], writer: str) -> Iterator[dict[s
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArchiveError(
             f"Cannot read {path}: expected the format '{kind[0]}', version {kind[1]}, which '{writer}' writes; "
-            f"{type(error).__name__}: {error}."
+            f"{_explain(error)}."
         ) from None
+
+
+def _explain(error: Exception) -> str:
+    """Return in words why a file was not read."""
+    if isinstance(error, KeyError):
+        return f"the entry {error} is missing"
+    if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
+        return f"it is not JSON text: {error}"
+    if isinstance(error, TypeError | AttributeError):
+        return f"an entry has an invalid type: {error}"
+    return str(error)

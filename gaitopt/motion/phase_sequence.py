@@ -309,6 +309,12 @@ def _check_contact(text: str, robot: "PlanarRobot", name: str, mode: Mode) -> No
             f"The sequence {text!r} names {name!r}, which is not a contact. {suggest(name, robot.contact_names)}"
         )
     contact = robot.contacts[robot.contact_index(name)]
+    if contact.falls:
+        others = [each.name for each in robot.contacts if not each.falls]
+        raise SequenceError(
+            f"The sequence {text!r} names {name!r}, but the robot has fallen when this contact closes (falls=True). "
+            f"Known: {', '.join(others)}."
+        )
     accepted = _accepted_modes(contact)
     if mode.value not in accepted:
         raise SequenceError(
@@ -349,24 +355,30 @@ def _check_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> 
 
 
 def _advise_impact(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> str:
-    """Return how an impact after which no contact is newly closed is stated."""
+    """Return how an impact after which no contact is newly closed is stated, or the event without impact."""
+    foot = next((contact.name for contact in robot.contacts if contact.slides and not contact.falls), None)
+    if foot is not None and not any(sequence.phases):
+        return f"Add a phase in which a contact is closed, for example '{foot} stick > flight |'."
     is_last = number == len(sequence.phases) - 1
+    spelling = _spell_without_impact(sequence, robot, number)
     if is_last and robot.mirror is None:
-        return (
+        advice = (
             f"Robot {robot.name!r} has no mirror, so the legs are not exchanged before the first phase follows again: "
-            "if the other leg lands, state mirror={...} of assemble_planar, or the phases of both legs. Write '>' for "
-            f"an event without impact{_spell_event(sequence, robot, number, impact=False)}."
+            "if the other leg lands, state mirror={...} of assemble_planar, or the phases of both legs."
         )
-    following = "the first phase, before which the legs are exchanged," if is_last else f"phase {number + 2}"
-    spelling = _spell_event(sequence, robot, number, impact=False)
-    return f"Add the contact that closes to {following}, or write '>' for an event without impact{spelling}."
+        return f"{advice} Write '>' for an event without impact: '{spelling}'." if spelling else advice
+    following = "the first phase, before which the legs are exchanged" if is_last else f"phase {number + 2}"
+    advice = f"Add the contact that closes to {following}"
+    return f"{advice}, or write '>' for an event without impact: '{spelling}'." if spelling else f"{advice}."
 
 
-def _spell_event(sequence: PhaseSequence, robot: "PlanarRobot", number: int, *, impact: bool) -> str:
-    """Return a colon and the sequence with or without an impact after a phase; empty if it is then impossible."""
+def _spell_without_impact(sequence: PhaseSequence, robot: "PlanarRobot", number: int) -> str:
+    """Return the sequence without an impact after a phase; empty if nothing would change there, or it is impossible."""
+    if sequence.states(robot)[number] == sequence.state_after(robot, number):
+        return ""
     events = list(sequence.events)
-    events[number] = PhaseEvent(impact)
+    events[number] = PhaseEvent(False)
     try:
-        return f": '{replace(sequence, events=tuple(events)).check(robot)}'"
+        return str(replace(sequence, events=tuple(events)).check(robot))
     except SequenceError:
         return ""

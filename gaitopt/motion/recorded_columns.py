@@ -154,14 +154,23 @@ def _check_names(renamed: Mapping[str, str], names: list[str], table: ColumnTabl
             raise InputError(f"{path} has no column {column!r}. {suggest(column, table.columns)}")
 
 
-def require_coordinates(columns: RecordedColumns, path: Path, names: Iterable[str]) -> None:
-    """Raise InputError unless every coordinate has a column; the message names the nearest one."""
-    for name in names:
-        if name not in columns.coordinates:
-            raise InputError(
-                f"{path} has no column of the coordinate {name!r}. {suggest(name, columns.ignored)} Specify "
-                f"the column by columns={{{name!r}: 'COLUMN'}}, or --column {name}=COLUMN."
-            )
+def require_coordinates(columns: RecordedColumns, path: Path, quantities: Iterable[RecordedQuantity]) -> None:
+    """Raise InputError unless every coordinate has a column; the message names the nearest one, or those to add."""
+    missing = [quantity for quantity in quantities if quantity.name not in columns.coordinates]
+    if not missing:
+        return
+    name, listed = missing[0].name, ", ".join(repr(quantity.name) for quantity in missing)
+    start = f"{path} has no {'columns of the coordinates' if len(missing) > 1 else 'column of the coordinate'} {listed}"
+    if columns.ignored:
+        raise InputError(
+            f"{start}. {suggest(name, columns.ignored)} Specify the column by columns={{{name!r}: 'COLUMN'}}, or "
+            f"--column {name}=COLUMN."
+        )
+    added = ", ".join(f"{quantity.name}_{'m' if quantity.unit == 'm' else 'deg'}" for quantity in missing)
+    lengths = ", ".join(quantity.name for quantity in missing if quantity.unit == "m")
+    place = f"; state {lengths} such that the standing foot is on the ground" if lengths else ""
+    known = f" and of {', '.join(columns.coordinates)}" if columns.coordinates else ""
+    raise InputError(f"{start}; it has those of the time{known}. Add {added}{place}.")
 
 
 def _doubtful_units(quantities: Iterable[RecordedQuantity], values: Mapping[str, Array]) -> tuple[str, ...]:

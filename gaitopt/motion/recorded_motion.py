@@ -165,7 +165,7 @@ def read_motion(
     extra = [RecordedQuantity("x", "m")] if isinstance(robot, Robot) else []
     quantities = [*map(RecordedQuantity, names, units), *extra]
     recorded = assign_columns(table, path, quantities, robot.actuators, columns or {}, angle_unit)
-    require_coordinates(recorded, path, names)
+    require_coordinates(recorded, path, quantities[: len(names)])
     return _fit(robot, robot.resolve(parameters or {}), _cut(recorded, path, span), pieces)
 
 

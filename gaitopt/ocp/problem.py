@@ -34,6 +34,7 @@ from gaitopt.ocp.statement.touchdown_pose import find_longest_reach, reaches
 from gaitopt.ocp.transcription.collocation import Collocation
 from gaitopt.ocp.transcription.deviations import check_scheme, section_names
 from gaitopt.ocp.transcription.method import Method
+from gaitopt.parameters import check_type
 
 _DEFAULT_MARGINS = Margins()
 
@@ -111,6 +112,7 @@ class GaitProblem:
         check_robot_type(self.robot, Robot, "a Robot such as compass_biped()", "PlanarProblem")
         set_(self, "sequence", ContactSequence.parse(self.sequence).check_periodic())
         set_(self, "objective", objective_named(self.objective))
+        check_type("name", self.name, str, "a string")
         self._check_parts()
         check_objective(self.objective, self.robot)
         for ground in ("slope", "friction"):
@@ -275,6 +277,8 @@ class GaitProblem:
             part = getattr(self, name)
             if not isinstance(part, kinds):
                 hint = ", such as Collocation() or MultipleShooting()" if kinds[0] is Method else ""
+                if kinds[0] is Guess:
+                    hint = ', such as WarmStart(load("gait.h5"))'
                 raise InputError(f"{name} must be a {kinds[0].__name__}{hint}, got {part!r}.")
 
     def _check_actuation(self) -> None:

@@ -1,5 +1,6 @@
 """Solution of a gait problem from one or several starts."""
 
+import time
 from typing import TYPE_CHECKING, overload
 
 from gaitopt.arguments import check_arguments
@@ -20,7 +21,7 @@ from gaitopt.ocp.statement.initial_guess import Guess, LinearGuess, RandomPertur
 from gaitopt.ocp.statement.warm_start import WarmStart
 from gaitopt.ocp.transcription.method import check_count
 from gaitopt.parameters import check_type
-from gaitopt.progress import SolveObserver, silent
+from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver, silent
 from gaitopt.reductions import rank_of
 from gaitopt.status import Status
 
@@ -129,7 +130,10 @@ def solve(
     (True, 0.45)
     """
     if isinstance(problem, GaitProblem):
-        gait: Gait | PlanarGait = _solve_problem(problem, starts, solver, homotopy, observer)
+        began, count = time.perf_counter(), _IterationCount(observer)
+        best = _solve_problem(problem, starts, solver, homotopy, count)
+        seconds = time.perf_counter() - began
+        gait: Gait | PlanarGait = best if best.status.ok else _report_totals(best, count.iterations, seconds)
     else:
         from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
         from gaitopt.ocp.multicontact.planar_solver import solve_planar
@@ -141,6 +145,25 @@ def solve(
     from gaitopt.ocp.problem_definition import record_definition
 
     return record_definition(gait, problem)
+
+
+class _IterationCount:
+    """An observer that counts the iterations of all starts and of the search for a feasible motion."""
+
+    def __init__(self, observer: SolveObserver) -> None:
+        self.iterations, self._observer = 0, observer
+
+    def __call__(self, step: Iteration | HomotopyIteration) -> None:
+        self.iterations += isinstance(step, Iteration) and step.number > 0
+        self._observer(step)
+
+
+def _report_totals(gait: Gait, iterations: int, seconds: float) -> Gait:
+    """Return a failure with the iterations and the time of the whole solve, not of the start that it is taken from."""
+    report = gait.solver
+    solving = max(seconds - report.build_seconds, report.solve_seconds)
+    total = max(iterations, report.iterations)
+    return gait.replace_fields(solver=report.replace_fields(iterations=total, solve_seconds=solving))
 
 
 def _solve_problem(

@@ -69,6 +69,12 @@ def test_a_count_below_one_is_named(count):
         grid([f"friction=0.1:0.3:{count}"], 10)
 
 
+def test_a_range_has_at_least_two_values():
+    with pytest.raises(InputError, match=r"must be at least 2, got 1 in .*; a single value is written th1=-0\.2\."):
+        grid(["th1=-0.2:-0.1:1"], 10)
+    assert grid(["th1=-0.2:-0.2:1"], 10)["th1"].tolist() == [-0.2]
+
+
 def test_quantities_that_are_no_parameters_of_the_script_are_named(script, root):
     source = read_script(script(TWO))
     problem = gait_problem(source)

@@ -39,7 +39,7 @@ SETTINGS = [
     (["friction=-0.1"], "friction must be at least 0, got -0.1"),
     (["friction=0"], "friction must be greater than 0"),
     (["friction=inf"], "needs a finite friction"),
-    (["torque_limit=-1"], "Limits.torque of ankle must be at least 0 [N m], got -1"),
+    (["torque_limit=-1"], "Limits.torque of every actuator must be at least 0 [N m], got -1"),
     (["frction=0.2"], "has no parameter 'frction'. Did you mean 'friction'?"),
     (["friction"], "--set must have the form NAME=VALUE, got 'friction'"),
     (["=0.2"], "--set must have the form NAME=VALUE"),
@@ -87,6 +87,8 @@ SCRIPTS = {
     "raises in problem": ("\ndef problem(a=1):\n    return 1 / 0\n", "own.py, line 3 raised ZeroDivisionError"),
     "raises on two lines": ("def problem():\n    raise ValueError('a [b]\\nc')\n", "ValueError: a [b] c"),
     "has a syntax error": ("def problem(:\n", "own.py, line 1: invalid syntax"),
+    "lacks a comma": ("def problem(a=1):\n    return [a a]\n", "Perhaps you forgot a comma?\n"),
+    "misspells its function": ("def problm(a=1):\n    return 3\n", "It has problm: did you mean 'problem'?"),
     "leaves": ("raise SystemExit(0)\n", "own.py, line 1 raised SystemExit"),
     "has no problem": ("x = 1\n", "own.py has no function problem(**parameters)"),
     "has a problem that is no function": ("problem = 3\n", "own.py has no function problem(**parameters)"),
@@ -145,6 +147,33 @@ def test_a_script_with_a_robot_alone_has_no_result_that_is_to_be_solved_first(co
     assert "own.py is a script with a robot alone, not a result." in run.err
 
 
+@pytest.mark.parametrize("verb", ["solve", "sweep"])
+def test_a_folder_in_place_of_a_script_names_the_command_that_lists_its_problems(command, folder, verb):
+    (folder / "walks").mkdir()
+    said = "walks is a folder, not a script; 'gaitopt problems walks' lists the problems in it."
+    options = ("--over", "friction=0.1:0.2:2", "-o", "a.nc") if verb == "sweep" else ()
+    refused(command(verb, "walks", *options), folder, ["walks"], said=said)
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        (
+            "def servo(robot, motion, torque_limit):\n    return None\n",
+            "'gaitopt stability GAIT.h5 --law own.py:servo'",
+        ),
+        ("limit = 3\n", "Specify the file of a result (.h5, .nc or .json)."),
+    ],
+)
+def test_a_script_without_a_problem_is_not_to_be_solved(command, script, text, advice):
+    script(text)
+    run = command("plot", "own.py", "--quiet")
+    assert run.status == 2
+    assert "own.py is a script without a problem, not a result. " in run.err
+    assert advice in run.err
+    assert "gaitopt solve" not in run.err
+
+
 @pytest.mark.parametrize("verb", ["plot", "doctor"])
 def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, folder, verb):
     run = command(verb, script("def problem():\n    return 3\n"), "--quiet")
@@ -152,14 +181,24 @@ def test_a_script_in_place_of_a_result_is_to_be_solved_first(command, script, fo
     assert "own.py is a script, not a result; solve it first: gaitopt solve " in run.err
 
 
-@pytest.mark.parametrize(("name", "kind"), [("a.png", "a figure"), ("a.gif", "an animation"), ("a.html", "a page")])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("a.png", "a figure"),
+        ("a.gif", "an animation"),
+        ("a.html", "a page"),
+        ("a.csv", "a table"),
+        ("a.h", "a controller in C"),
+    ],
+)
 def test_a_drawing_in_place_of_a_result_is_to_be_opened_or_its_result_specified(command, folder, name, kind):
     (folder / name).write_bytes(b"any")
     for result in (" (.h5, .nc or .json).", ", such as a.nc."):
         run = command("plot", name, "--quiet")
         assert run.status == 2
         said = " ".join(run.err.split())
-        assert f"{name} is {kind}, which does not contain the result that it shows; open it in a " in said
+        relation = "is exported from" if name in ("a.csv", "a.h") else "shows"
+        assert f"{name} is {kind}, which does not contain the result that it {relation}; open it in a" in said
         assert said.endswith(f"or specify the file of its result{result}")
         (folder / "a.nc").write_bytes(b"any")
 
@@ -168,6 +207,12 @@ def test_a_drawing_in_place_of_a_result_is_to_be_opened_or_its_result_specified(
 def test_a_script_that_is_no_text(command, folder, bytes_):
     (folder / "own.py").write_bytes(bytes_)
     refused(command("solve", "own.py"), folder, ["own.py"], said="own.py")
+
+
+def test_a_missing_script_of_a_law_is_not_to_be_written_by_new(command, root, folder):
+    gait = root / "docs" / "examples" / "compass_slip.h5"
+    said = "There is no law script laws/mylaw.py. State its path as SCRIPT.py:FUNCTION; the script of tuned gains is "
+    refused(command("stability", gait, "--law", "laws/mylaw.py:servo"), folder, said=said)
 
 
 def test_a_missing_script_names_the_nearest(command, script, folder):
@@ -181,7 +226,7 @@ def test_a_missing_script_names_the_nearest(command, script, folder):
 def test_a_folder_or_text_file_is_no_script(command, script, folder):
     script("def problem(): pass", "notes.txt")
     refused(command("solve", "notes.txt"), folder, ["notes.txt"], said="notes.txt is not a Python script")
-    refused(command("solve", folder), folder, ["notes.txt"], said="There is no problem script")
+    refused(command("solve", folder), folder, ["notes.txt"], said="is a folder, not a script; 'gaitopt problems")
 
 
 # Root may write anywhere, so a folder of the kernel stands for one that is not writable.

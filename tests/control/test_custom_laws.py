@@ -124,6 +124,13 @@ def attempt(torque, gait=COMPASS):
     return define_law(torque)(gait.robot, gait)
 
 
+def test_an_entry_as_an_attribute_is_named_with_its_brackets():
+    with pytest.raises(AttributeError, match=r"^write state.q\['th1'\] in place of state.q.th1\.$"):
+        attempt(lambda state, plan: [state.q.th1, 0])
+    with pytest.raises(AttributeError, match=r"write plan.torque\['hp'\] in .* Did you mean 'hip'"):
+        attempt(lambda state, plan: [plan.torque.hp, 0])
+
+
 MADE = {
     "too few torques": (lambda state, plan: [0.0], r"returns 1 torque, but the robot has 2 actuators \(ankle, hip\)"),
     "nothing": (lambda state, plan: None, "returns nothing; it must return the torques by actuator"),

@@ -158,7 +158,7 @@ def test_the_worst_walk_is_the_shortest_and_then_the_farthest():
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"ranges": {"friction": (0.2, 0.1)}}, "lower, upper"),
+        ({"ranges": {"friction": (0.2, 0.1)}}, "with lower < upper, got"),
         ({"ranges": {"friction": (0.1, math.inf)}}, "lower, upper"),
         ({"push": -1}, "push"),
         ({"steps": 0}, "steps"),

@@ -312,6 +312,10 @@ def test_errors_of_the_assembly_state_what_is_accepted():
         c.coordinate("c")
     with pytest.raises(InputError, match="Coordinates must have different names"):
         PlanarCoordinates(("x", "x"), [GRAVITY])
+    with pytest.raises(InputError, match=r"Parameters must have different names, got 'gravity' twice\."):
+        PlanarCoordinates(("x",), [GRAVITY, GRAVITY])
+    with pytest.raises(InputError, match=r"got 'slope' twice; 'slope', .* are parameters of the ground\."):
+        PlanarCoordinates(("x",), [GRAVITY, Parameter("slope", 0.1, "rad", "slope")])
     with pytest.raises(InputError, match="must include 'gravity'"):
         PlanarCoordinates(("x",), [])
     with pytest.raises(InputError, match="coordinates must be PlanarCoordinates"):

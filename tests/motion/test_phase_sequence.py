@@ -95,6 +95,31 @@ def test_an_impossible_sequence_is_refused_with_a_sentence(text, message):
         PhaseSequence.parse(text, monopod())
 
 
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        ("hip point stick |", "but the robot has fallen when this contact closes (falls=True). Known: foot A, foot B."),
+        ("hip point stick >", "but the robot has fallen when this contact closes (falls=True). Known: foot A, foot B."),
+        ("flight |", " Add a phase in which a contact is closed, for example 'foot A stick > flight |'."),
+        (
+            "foot A stick, foot B stick |",
+            " Add the contact that closes to the first phase, before which the legs are exchanged.",
+        ),
+        (
+            "foot A stick > foot A stick, foot B slip+ > foot A stick, foot B stick |",
+            " Add the contact that closes to the first phase, before which the legs are exchanged, or write '>' for an "
+            "event without impact: "
+            "'foot A stick > foot A stick, foot B slip+ > foot A stick, foot B stick >'.",
+        ),
+    ],
+)
+def test_the_advice_on_an_impossible_impact_is_possible(text, end):
+    with pytest.raises(SequenceError) as raised:
+        PhaseSequence.parse(text, compass_with_two_feet())
+    assert str(raised.value).endswith(end)
+    assert ",," not in str(raised.value)
+
+
 def test_wrong_separators_of_the_short_form_are_named_with_the_right_spelling():
     with pytest.raises(SequenceError, match=r"Phases are separated by spaces, .*: 'slip\+ stick \| slip\+'"):
         PhaseSequence.parse("slip+ > stick > slip+", compass_with_two_feet())

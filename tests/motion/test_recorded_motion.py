@@ -8,6 +8,7 @@ import scipy.io
 
 from gaitopt import GaitProblem, InputError, Limits, compass_biped, solve, write_csv
 from gaitopt.errors import ArchiveError
+from gaitopt.model.robots.flat_foot_walker import flat_foot_walker
 from gaitopt.model.robots.monopod import monopod
 from gaitopt.motion import read_motion
 from gaitopt.ocp import Collocation, FromMotion, PlanarKeyframes, PlanarProblem, Tracking
@@ -155,6 +156,18 @@ def test_planar_robots_have_lengths_and_angles(tmp_path):
     assert problem.replace(guess=guess).guess.durations is not None
     with pytest.raises(InputError, match="use PlanarKeyframes"):
         _ = recorded.motion
+
+
+def test_missing_columns_are_named_with_those_of_the_file(tmp_path):
+    path, robot = tmp_path / "walk.csv", flat_foot_walker()
+    given = [name for name in robot.coordinates if name not in ("x", "y")]
+    path.write_text(f"time_s,{','.join(f'{name}_deg' for name in given)}\n{'0,' * len(given)}0\n{'1,' * len(given)}1\n")
+    with pytest.raises(InputError) as raised:
+        read_motion(path, robot)
+    assert str(raised.value) == (
+        f"{path} has no columns of the coordinates 'x', 'y'; it has those of the time and of {', '.join(given)}. "
+        "Add x_m, y_m; state x, y such that the standing foot is on the ground."
+    )
 
 
 @pytest.mark.parametrize(

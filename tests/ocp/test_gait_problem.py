@@ -2,9 +2,20 @@ import math
 
 import pytest
 
-from gaitopt import GaitProblem, InputError, Limits, Margins, Parameter, TorqueSquared, compass_biped, rimless_wheel
+from gaitopt import (
+    CostOfTransport,
+    GaitProblem,
+    InputError,
+    Limits,
+    Margins,
+    Parameter,
+    TorqueSquared,
+    compass_biped,
+    rimless_wheel,
+)
 from gaitopt.errors import SequenceError
 from gaitopt.model.robots.monopod import monopod
+from gaitopt.ocp import PlanarProblem
 
 
 def test_names_become_objects(reference_problem):
@@ -68,6 +79,12 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"limits": Limits(torque=0)}, "Limits.torque is 0 for every actuator"),
         ({"limits": Limits(torque={"knee": 3})}, "no actuator 'knee'"),
         ({"objective": "comfort"}, "no objective 'comfort'"),
+        (
+            {"objective": abs},
+            r"must be a name or an Objective, .* A custom one derives from Objective, .* Known: cost_of",
+        ),
+        ({"objective": CostOfTransport}, r"Call it: objective=CostOfTransport\(\)\."),
+        ({"name": 3}, "name must be a string, got 3"),
         ({"speed": 0}, "speed must be greater than 0"),
         ({"speed": (0.8, 0.6)}, "speed: the lower bound"),
         ({"step_length": 5.0}, "step_length 5 m is longer than the 3.2 m the robot can reach"),
@@ -77,7 +94,7 @@ def test_the_description_is_complete_and_plain(reference_problem):
         ({"limits": Limits(longest_step=0.5)}, "takes 0.745 s, more than Limits.longest_step"),
         ({"speed": None, "limits": Limits(shortest_phase=3, longest_step=2)}, "more than Limits.longest_step"),
         ({"transcription": None}, "transcription must be"),
-        ({"guess": "passive"}, "guess must be"),
+        ({"guess": "gait.h5"}, r"guess must be a Guess, such as WarmStart\(load\(.*\)\), got 'gait.h5'"),
         ({"robot": "compass"}, "robot must be a Robot"),
         ({"robot": compass_biped}, r"got the function compass_biped; call it: compass_biped\(\)"),
         ({"robot": monopod()}, r"robot must be a Robot .*; PlanarRobot 'monopod' is for PlanarProblem"),
@@ -100,3 +117,16 @@ def test_problems_that_cannot_be(changes, reason):
 def test_sequences_that_cannot_be(reference_problem, sequence):
     with pytest.raises(SequenceError, match="sequence"):
         reference_problem(sequence=sequence)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"guess": "gait.h5"}, r"guess must be a PlanarGuess, such as FromPlanarGait\(load\(.*\)\), got 'gait.h5'"),
+        ({"name": 3}, "name must be a string, got 3"),
+    ],
+)
+def test_planar_problems_that_cannot_be(changes, reason):
+    fields = {"robot": monopod(), "sequence": "foot stick > flight |", "friction": 1, "speed": 1}
+    with pytest.raises(InputError, match=reason):
+        PlanarProblem(**{**fields, **changes})

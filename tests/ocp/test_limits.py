@@ -31,8 +31,16 @@ def test_a_limit_of_an_unknown_actuator_names_the_nearest():
 
 @pytest.mark.parametrize("torque", [-1, math.nan, None, "strong", {"hip": -0.1}, {"hip": math.nan}])
 def test_torque_limits_that_cannot_be(torque):
-    with pytest.raises(InputError, match=r"^Limits\.torque of (ankle|hip) must be"):
-        Limits(torque=torque).torques(ACTUATORS)
+    with pytest.raises(InputError, match=r"^Limits\.torque of (every actuator|hip) must be"):
+        Limits(torque=torque)
+
+
+@pytest.mark.parametrize("rate", [0, {"hip": -1.0}])
+def test_limits_of_torque_rates_are_checked_where_they_are_stated(rate):
+    with pytest.raises(
+        InputError, match=r"^Limits\.torque_rate of (every actuator|hip) must be greater than 0 \[N m/s\]"
+    ):
+        Limits(torque_rate=rate)
 
 
 def test_angles_have_limits_of_their_own():
@@ -51,12 +59,16 @@ def test_angles_have_limits_of_their_own():
         ({"knee": (1.2, 0.1)}, "Limits.angle of knee: the lower bound 1.2 must be below"),
         ({"knee": (0.1,)}, "Limits.angle of knee must be a number or a pair"),
         ({"knee": (math.nan, 1)}, "Limits.angle of knee"),
-        ({"nee": 1}, "no angle 'nee'. Did you mean 'knee'"),
     ],
 )
 def test_angle_limits_that_cannot_be(angle, message):
     with pytest.raises(InputError, match=message):
-        Limits(angle=angle).angles(("thigh", "knee"))
+        Limits(angle=angle)
+
+
+def test_a_limit_of_an_unknown_angle_names_the_nearest():
+    with pytest.raises(InputError, match=r"no angle 'nee'\. Did you mean 'knee'"):
+        Limits(angle={"nee": 1}).angles(("thigh", "knee"))
 
 
 @pytest.mark.parametrize("name", ["rate", "shortest_phase", "longest_step"])

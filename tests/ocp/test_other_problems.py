@@ -1,6 +1,7 @@
 """The same optimiser without hand-tuning: other words, frictions, masses, speeds, targets and slopes."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -109,6 +110,16 @@ def test_where_there_is_no_gait_the_status_names_constraints(solved, impossible)
     for violation in violations:
         assert violation.place.startswith(("phase 1 (", "phase 2 (", "touchdown", "step"))
         assert violation.name
+
+
+def test_a_failure_states_the_iterations_and_the_time_of_the_whole_solve(reference_problem):
+    numbers, began = [], time.perf_counter()
+    problem = reference_problem(friction=0.01, intervals=10)
+    gait = solve(problem, starts=1, observer=lambda step: numbers.append(step.number))
+    seconds = time.perf_counter() - began
+    assert not gait.status.ok
+    assert gait.solver.iterations == sum(number > 0 for number in numbers)
+    assert gait.solver.build_seconds + gait.solver.solve_seconds > 0.6 * seconds
 
 
 def test_the_same_problem_gives_the_same_gait(reference_problem):

@@ -14,7 +14,7 @@ from gaitopt.cli.script import load_script
 from gaitopt.model.planar.planar_assembly import assemble_planar
 from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
-from gaitopt.ocp.multicontact.momentum_balance import explain_one_way_slip
+from gaitopt.ocp.multicontact.momentum_balance import explain_imbalance
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_structure
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_remarks import find_least_forces, report_inaccuracy, report_overhead_angles
@@ -195,11 +195,11 @@ def test_a_hop_whose_foot_slips_in_one_direction_only_is_refused_with_its_reason
 def test_slip_in_one_direction_is_possible_if_gravity_balances_friction():
     downhill = hop("foot slip+ > flight |", friction=math.tan(0.1)).replace(slope=0.1)
     both = downhill.replace(friction=0.2, transcription=Collocation())
-    assert explain_one_way_slip(downhill) is None
-    assert "tan(slope) = 0.1003" in explain_one_way_slip(downhill.replace(friction=0.2))
-    assert "-tan(slope) = -0.1003" in explain_one_way_slip(downhill.replace(sequence="foot slip- > flight |"))
-    assert explain_one_way_slip(downhill.replace(friction=0.2, sequence="foot stick > flight |")) is None
-    assert explain_one_way_slip(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
+    assert explain_imbalance(downhill) is None
+    assert "tan(slope) = 0.1003" in explain_imbalance(downhill.replace(friction=0.2))
+    assert "-tan(slope) = -0.1003" in explain_imbalance(downhill.replace(sequence="foot slip- > flight |"))
+    assert explain_imbalance(downhill.replace(friction=0.2, sequence="foot stick > flight |")) is None
+    assert explain_imbalance(both.replace(sequence="foot slip+ > foot stick > flight |")) is None
 
 
 def test_an_angle_of_half_a_revolution_is_remarked_unless_its_range_is_stated():
@@ -215,6 +215,16 @@ def test_an_angle_of_half_a_revolution_is_remarked_unless_its_range_is_stated():
     assert report_overhead_angles(transcription, stated, x) == ()
 
 
+def test_a_slope_steeper_than_friction_is_refused():
+    steep = hop("foot stick > flight |", friction=0.1).replace(slope=-0.2)
+    gait = solve_planar(steep)
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.iterations <= 1
+    assert gait.solver.message.startswith("-tan(slope) = 0.2027 exceeds friction 0.1 on the slope of -0.2 rad")
+    assert explain_imbalance(steep.replace(friction=0.21)) is None
+    assert explain_imbalance(steep.replace(free={"slope": (-0.3, 0.0)})) is None
+
+
 @pytest.mark.parametrize("pulled", [False, True])
 def test_an_actuator_along_the_travel_may_balance_friction(pulled):
     c = PlanarCoordinates(("x", "y"), [Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration")])
@@ -224,7 +234,7 @@ def test_an_actuator_along_the_travel_may_balance_friction(pulled):
         "sledge", c, bodies=[PointMass(1.0, place)], contacts={"foot": PointContact(place)}, actuators=actuators
     )
     problem = PlanarProblem(robot=sledge, sequence="foot slip+ > flight |", friction=0.3, speed=1.0)
-    assert (explain_one_way_slip(problem) is None) is pulled
+    assert (explain_imbalance(problem) is None) is pulled
 
 
 def test_slip_in_one_direction_is_possible_if_drag_balances_friction():
@@ -236,9 +246,9 @@ def test_slip_in_one_direction_is_possible_if_drag_balances_friction():
         return assemble_planar("block", c, actuators={"lift": place[1]}, forces=forces, **parts)
 
     problem = PlanarProblem(robot=block(), sequence="foot slip- > flight |", friction=0.1, speed=1.0)
-    assert "-tan(slope) = 0" in explain_one_way_slip(problem)
-    assert explain_one_way_slip(problem.replace(robot=block(Damper(place[0], 5.0)))) is None
-    assert explain_one_way_slip(problem.replace(robot=block(Damper(place[1], 5.0)))) is not None
+    assert "-tan(slope) = 0" in explain_imbalance(problem)
+    assert explain_imbalance(problem.replace(robot=block(Damper(place[0], 5.0)))) is None
+    assert explain_imbalance(problem.replace(robot=block(Damper(place[1], 5.0)))) is not None
 
 
 @pytest.mark.slow

@@ -5,7 +5,8 @@ import pytest
 
 from gaitopt import Collocation, InputError, feedforward, sweep
 from gaitopt.export import write_library
-from gaitopt.study import load_library, load_sweep_gait, measure_library
+from gaitopt.study import load_library, load_sweep, load_sweep_gait, measure_library
+from gaitopt.study.libraries import gait_library
 from gaitopt.study.libraries.library_errors import CellError, LibraryErrors
 from tests.study.conftest import quick_problem
 
@@ -104,6 +105,13 @@ def test_places_outside_and_missing_gaits_are_rejected(library, swept):
         holed.motion_at(speed=0.61, step_length=0.455)
     with pytest.raises(InputError, match="has no contact sequence 'slip"):
         load_library(swept, "slip- | slip-")
+
+
+def test_the_error_of_several_sequences_names_the_option(swept, monkeypatch):
+    table = load_sweep(swept).isel(sequence=[0, 0]).assign_coords(sequence=["stick | stick", "slip+ stick | slip+"])
+    monkeypatch.setattr(gait_library, "load_sweep", lambda path: table)
+    with pytest.raises(InputError, match=r"specify one of 'stick \| stick', .* by sequence=\.\.\., or --sequence\."):
+        load_library(swept)
 
 
 def test_the_command_exports_a_library_and_reports_its_errors(swept, tmp_path, monkeypatch, capsys):

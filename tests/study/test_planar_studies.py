@@ -8,13 +8,16 @@ import pytest
 
 from gaitopt import Collocation, Execution, load, load_sweep_gait, search, sweep
 from gaitopt.errors import InputError
+from gaitopt.export import write_sweep_table
 from gaitopt.model import compass_with_two_feet, kneed_walker, monopod
 from gaitopt.motion import PhaseSequence
-from gaitopt.ocp import PlanarLimits, solve_planar
+from gaitopt.ocp import PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
 from gaitopt.study import load_sweep, planar_starts
 from gaitopt.study.sequence_search.planar_search import name_file
 from gaitopt.study.storage.study_key import study_key
+from gaitopt.study.sweeps.sweep_file import SweepResults, to_dataset
+from gaitopt.study.sweeps.sweep_grid import SweepGrid
 from tests.ocp.multicontact_examples import walk
 
 COARSE = Collocation(intervals=10)
@@ -40,6 +43,16 @@ def test_a_sweep_has_the_optima_of_its_points_and_numbers_by_contact(problem, tm
     stored = load_sweep(tmp_path / "speeds.nc")
     np.testing.assert_array_equal(stored.objective, table.objective)
     assert stored.attrs["complete"] == 1
+    header = write_sweep_table(stored, tmp_path / "speeds.csv").read_text(encoding="utf-8").partition("\n")[0]
+    assert {"peak_torque_ankle_B_Nm", "peak_torque_hip_Nm"} <= set(header.split(","))
+
+
+def test_the_column_of_each_actuator_has_its_unit(tmp_path):
+    hop = PlanarProblem(robot=monopod(), sequence="foot stick > flight |", friction=1, speed=1)
+    grid = SweepGrid(hop, (hop.sequence,), {"speed": np.array([1.0])}, starts=1)
+    table = to_dataset(SweepResults(grid, {}, dict.fromkeys(grid.points(), ("pending", "")), {}))
+    header = write_sweep_table(table, tmp_path / "hop.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")
+    assert {"peak_torque_leg_N", "peak_torque_hip_Nm"} <= set(header)
 
 
 class InterruptedSolves:

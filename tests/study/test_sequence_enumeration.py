@@ -85,3 +85,22 @@ def test_a_slope_that_balances_friction_allows_slip_in_one_direction(problem):
     assert explain_impossibility(downhill.sequence, downhill) == ""
     assert explain_impossibility(downhill.sequence, downhill.replace(friction=0.2))
     assert explain_impossibility(downhill.sequence, downhill.replace(friction=0.2, slope=(0.0, 0.3))) == ""
+
+
+def test_a_slope_steeper_than_friction_is_refused_before_the_solve(problem):
+    steep = problem.replace(slope=math.radians(20), friction=0.14, sequence="slip+ stick | slip+")
+    gait = solve(steep)
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.iterations <= 1
+    assert gait.solver.message.startswith(
+        "tan(slope) = 0.364 exceeds friction 0.14 on the slope of 0.3491 rad (20 deg)"
+    )
+    assert "state an absolute slope of at most 0.1391 rad (7.97 deg), or friction of at least 0.364" in (
+        gait.solver.message
+    )
+    uphill = steep.replace(slope=-1.2)
+    assert "if it is in deg, convert it by math.radians(-1.2)" in explain_impossibility(uphill.sequence, uphill)
+    ridge = steep.replace(parameters={**steep.parameters, "static_friction_ratio": 3.0})
+    assert explain_impossibility(ridge.sequence, ridge) == ""
+    free = steep.replace(slope=(0.1, 0.4))
+    assert explain_impossibility(free.sequence, free) == ""

@@ -93,11 +93,19 @@ def test_the_file_is_open(tuned, tmp_path):
     assert len(facts["multipliers"]) == 4
 
 
-@pytest.mark.parametrize("text", ["{}", "no json", '{"format": "gaitopt torques", "format_version": 1}', "[]"])
-def test_other_files_are_refused(tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{}", "the entry 'format' is missing"),
+        ("no json", "it is not JSON text"),
+        ('{"format": "gaitopt torques", "format_version": 1}', "it contains gaitopt torques of version 1"),
+        ("[]", "an entry has an invalid type"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, text, reason):
     path = tmp_path / "gains.json"
     path.write_text(text)
-    with pytest.raises(ArchiveError, match="expected the format 'gaitopt tuned gains', version 1"):
+    with pytest.raises(ArchiveError, match=f"expected the format 'gaitopt tuned gains', version 1, .*; {reason}"):
         load_tuning(path)
 
 

@@ -9,6 +9,15 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_motion import PlanarMotion
 
+PLACES = {
+    "coordinate": "state.q",
+    "rate": "state.v",
+    "planned coordinate": "plan.q",
+    "planned rate": "plan.v",
+    "planned torque": "plan.torque",
+}
+"""Where a custom law finds each kind of entries."""
+
 
 class NamedEntries(Mapping[str, ca.SX]):
     """Expressions by name, such as the coordinates of a robot.
@@ -43,6 +52,13 @@ class NamedEntries(Mapping[str, ca.SX]):
             reason = self.absence or suggest(str(name), self.names)
             raise InputError(f"There is no {self.kind} {name!r}. {reason}")
         return self.vector[self.names.index(name)]
+
+    def __getattr__(self, name: str) -> ca.SX:
+        """Raise AttributeError, which states how an entry is written."""
+        names = self.__dict__.get("names", ())  # which a copy has only later
+        reason = "" if name in names else f" {suggest(name, names)}"
+        place = PLACES.get(self.__dict__.get("kind", ""), "...")
+        raise AttributeError(f"write {place}[{name!r}] in place of {place}.{name}.{reason}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)

@@ -128,7 +128,9 @@ class PlanarProblem:
     def __post_init__(self) -> None:
         check_robot_type(self.robot, PlanarRobot, "a PlanarRobot such as monopod()", "GaitProblem")
         for name, kind in (("limits", PlanarLimits), ("margins", Margins), ("guess", PlanarGuess)):
-            check_type(name, getattr(self, name), kind, f"a {kind.__name__}")
+            hint = ', such as FromPlanarGait(load("gait.h5"))' if kind is PlanarGuess else ""
+            check_type(name, getattr(self, name), kind, f"a {kind.__name__}{hint}")
+        check_type("name", self.name, str, "a string")
         check_type("transcription", self.transcription, Collocation, "a Collocation(...)")
         if self.equations not in EQUATIONS:
             raise InputError(f"equations must be one of {EQUATIONS}, got {self.equations!r}.")

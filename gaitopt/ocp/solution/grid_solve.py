@@ -302,7 +302,7 @@ class SingleStart:
     ) -> None:
         self.problem, self.guess, self.solver, self.observer = problem, guess, solver, observer
         self.cold_solver = solver if cold_solver is None else cold_solver
-        self.iterations, self.build_seconds = 0, 0.0
+        self.iterations, self.build_seconds, self.began = 0, 0.0, time.perf_counter()
         self.schedule: GuardSchedule | None = None
         self.grid_solutions: list[GridSolution] = []
         self.known_factor = math.nan

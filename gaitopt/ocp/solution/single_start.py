@@ -68,7 +68,7 @@ def solve_from_start(
 
 def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> Gait:
     """Return the gait of a start, whose solution on the coarsest grid may be known."""
-    started, built, problem = time.perf_counter(), start.build_seconds, start.problem
+    problem = start.problem
     solution, remarks = _solve_accurately(start, coarsest)
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
@@ -82,7 +82,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     report = gait.solver.replace_fields(
         iterations=start.iterations,
         build_seconds=start.build_seconds,
-        solve_seconds=time.perf_counter() - started - (start.build_seconds - built),
+        solve_seconds=time.perf_counter() - start.began - start.build_seconds,
         cost_error=cost_error(start, solution),
     )
     return gait.replace_fields(solver=report, solution=known)

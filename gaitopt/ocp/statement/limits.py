@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from attrs import field, frozen
 
@@ -16,6 +17,21 @@ LARGEST_CLEARANCE = 10.0
 
 def _positive(name: str, unit: str, value: object, *, zero: bool = False) -> float:
     return recall_parameter(name, unit, lower=0.0, lower_open=not zero, infinite=True).check(value)
+
+
+def _check_torques(limits: object, attribute: Any, torque: Any) -> None:
+    """Raise InputError if a limit of a torque or its rate is negative; the names are checked with the robot."""
+    named = torque.items() if isinstance(torque, Mapping) else [("every actuator", torque)]
+    unit, zero = ("N m", True) if attribute.name == "torque" else ("N m/s", False)
+    for name, limit in named:
+        _positive(f"Limits.{attribute.name} of {name}", unit, limit, zero=zero)
+
+
+def _check_angles(limits: object, attribute: object, angle: Any) -> None:
+    """Raise InputError if a bound of an angle is invalid; the names are checked with the robot."""
+    named = {f" of {name}": bounds for name, bounds in angle.items()} if isinstance(angle, Mapping) else {"": angle}
+    for name, bounds in named.items():
+        _angle_bounds(f"Limits.angle{name}", bounds)
 
 
 @check_arguments
@@ -53,9 +69,9 @@ class Limits:
     [(-1.0, 1.0), (0.0, 1.2)]
     """
 
-    torque: float | Mapping[str, float] = math.inf
-    torque_rate: float | Mapping[str, float] = math.inf
-    angle: float | Mapping[str, float | tuple[float, float]] = math.pi / 2
+    torque: float | Mapping[str, float] = field(default=math.inf, validator=_check_torques)
+    torque_rate: float | Mapping[str, float] = field(default=math.inf, validator=_check_torques)
+    angle: float | Mapping[str, float | tuple[float, float]] = field(default=math.pi / 2, validator=_check_angles)
     rate: float = field(default=math.inf, converter=as_float, validator=positive("rad/s", infinite=True))
     shortest_phase: float = field(default=5e-3, converter=as_float, validator=positive("s", infinite=True))
     longest_step: float = field(default=10.0, converter=as_float, validator=positive("s", infinite=True))

@@ -36,7 +36,8 @@ def objective_named(name: str | Objective) -> Objective:
     Raises
     ------
     InputError
-        If the name is unknown; the message names the nearest.
+        If the name is unknown; the message names the nearest.  For anything else, it states how a custom objective is
+        written.
 
     Examples
     --------
@@ -45,6 +46,13 @@ def objective_named(name: str | Objective) -> Objective:
     """
     if isinstance(name, Objective):
         return name
+    if not isinstance(name, str):
+        advice = (
+            f"Call it: objective={name.__name__}()."
+            if isinstance(name, type)
+            else "A custom one derives from Objective, see the guide 'Built-in, weighted and custom objectives'."
+        )
+        raise InputError(f"objective must be a name or an Objective, got {name!r}. {advice} {suggest('', OBJECTIVES)}")
     if name not in OBJECTIVES:
-        raise InputError(f"There is no objective {name!r}. {suggest(str(name), OBJECTIVES)}")
+        raise InputError(f"There is no objective {name!r}. {suggest(name, OBJECTIVES)}")
     return OBJECTIVES[name]()

@@ -177,7 +177,8 @@ def load_library(path: str | Path, sequence: str | None = None) -> GaitLibrary:
     sequences = [str(name) for name in table.sequence.values]
     if sequence is None and len(sequences) > 1:
         raise InputError(
-            f"The sweep in {path} has several sequences; specify one of {', '.join(map(repr, sequences))}."
+            f"The sweep in {path} has several sequences; specify one of {', '.join(map(repr, sequences))} by "
+            "sequence=..., or --sequence."
         )
     chosen = sequences[0] if sequence is None else sequence
     if chosen not in sequences:

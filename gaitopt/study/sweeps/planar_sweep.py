@@ -68,7 +68,16 @@ def planar_dataset(findings: "SweepResults") -> "xr.Dataset":
         for places, measures in ((dims, PLANAR_MEASURES), ((*dims, "contact"), CONTACT_MEASURES))
         for measure in measures
     }
-    table["peak_torque"] = ((*dims, "actuator"), torque, {"units": "N m or N", "long_name": "largest absolute torque"})
+    units = robot.actuator_units if isinstance(robot, PlanarRobot) else ()
+    table["peak_torque"] = (
+        (*dims, "actuator"),
+        torque,
+        {
+            "units": " or ".join(dict.fromkeys(units)),
+            "actuator_units": ", ".join(units),
+            "long_name": "largest absolute torque",
+        },
+    )
     table["status"] = (dims, status, {"long_name": "how the optimisation ended"})
     table["reason"] = (dims, reason, {"long_name": "why there is no gait"})
     table["verified"] = (dims, verified, {"units": "1", "long_name": "1 where the gait passes its replay"})
