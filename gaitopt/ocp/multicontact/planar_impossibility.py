@@ -43,7 +43,7 @@ def explain_unequal_slip(problem: PlanarProblem) -> str | None:
     Examples
     --------
     >>> from gaitopt.model.robots.flat_foot_walker import flat_foot_walker
-    >>> problem = PlanarProblem(robot=flat_foot_walker(), sequence="heel A stick, toe A slip+ |", speed=0.5)
+    >>> problem = PlanarProblem(robot=flat_foot_walker(), sequence="heel A stick, toe A slip+ |", friction=0.8)
     >>> print(explain_unequal_slip(problem))
     heel A and toe A are contacts of one rigid body, so that they stick or slip together while both are closed, but in \
 phase 1 the sequence has 'heel A stick, toe A slip+': write 'heel A stick, toe A stick' or 'heel A slip+, toe A slip+'
