@@ -18,6 +18,7 @@ from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.quantity_labels import state_value
 from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, find_missing_arming, lower_arming_thresholds
+from gaitopt.ocp.multicontact.planar_impossibility import explain_planar_impossibility
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import PlanarUnits, replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot, report_suspects, report_unmet_arming
@@ -72,7 +73,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     ----------
     problem : PlanarProblem
         With an open sequence, nothing is tried: the conflicts are those of one of its sequences.  Nothing is tried
-        either if sizes or directions of the robot are implausible, which are then the probable cause.
+        either if sizes or directions of the robot are implausible, which are then the probable cause, or if the problem
+        is known to have no solution.
     failure : PlanarGait
         Result of its solve.
     observer : Observer, optional
@@ -89,6 +91,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     """
     report = failure.solver
     if problem.sequence.is_open or report_implausible_robot(problem, problem.values):
+        return failure
+    if explain_planar_impossibility(problem) is not None:
         return failure
     longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
     solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)

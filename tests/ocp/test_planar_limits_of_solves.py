@@ -34,7 +34,7 @@ def test_an_interrupt_on_any_grid_ends_the_solve(number):
 
 
 def test_an_interrupt_while_a_refused_problem_is_evaluated_is_reported(monkeypatch):
-    monkeypatch.setattr(planar_solver, "explain_imbalance", lambda problem: "no equilibrium")
+    monkeypatch.setattr(planar_solver, "explain_planar_impossibility", lambda problem: "no equilibrium")
     gait = solve_planar(hop(intervals=(4, 4)))
     assert (gait.status, gait.solver.message) == (Status.INFEASIBLE, "no equilibrium")
     observe, _ = interrupter(1)

@@ -20,11 +20,11 @@ from gaitopt.motion.versions import versions
 from gaitopt.ocp.multicontact.coarse_start import solve_from_coarse_grid
 from gaitopt.ocp.multicontact.cyclic_coordinates import minimise_without_drift
 from gaitopt.ocp.multicontact.grid_result import GridResult
-from gaitopt.ocp.multicontact.momentum_balance import explain_imbalance
 from gaitopt.ocp.multicontact.open_sequences import close_problem
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_data, planar_structure
 from gaitopt.ocp.multicontact.planar_certification import certify_planar
 from gaitopt.ocp.multicontact.planar_guess import FromPlanarGait
+from gaitopt.ocp.multicontact.planar_impossibility import explain_planar_impossibility
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY, conclude_planar_failure
 from gaitopt.ocp.multicontact.planar_plan import reconstruct_planar_motion
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -112,7 +112,7 @@ def solve_planar(
     if isinstance(solver, Newton | Ipopt):
         solver = solver.start_clock()
     closed = [problem] if not problem.sequence.is_open else close_problem(problem)
-    reasons = [explain_imbalance(each) for each in closed]
+    reasons = [explain_planar_impossibility(each) for each in closed]
     if all(reasons):
         return _refuse(closed[0], reasons[0] or "", solver, observer)
     closed = [each for each, reason in zip(closed, reasons, strict=True) if reason is None]
@@ -144,7 +144,7 @@ def solve_from_guess(problem: PlanarProblem, solver: Ipopt, observer: Observer =
     solver : Ipopt
     observer : Observer, optional
     """
-    if (reason := explain_imbalance(problem)) is not None:
+    if (reason := explain_planar_impossibility(problem)) is not None:
         return _refuse(problem, reason, solver, observer)
     return _solve_start(problem, 0, evolve(solver, permute=True).start_clock(), observer)
 

@@ -9,9 +9,9 @@ from typing import Any
 from gaitopt.errors import InputError
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
-from gaitopt.ocp.multicontact.momentum_balance import explain_imbalance
 from gaitopt.ocp.multicontact.open_sequences import close_sequence
 from gaitopt.ocp.multicontact.planar_enumeration import enumerate_planar_sequences
+from gaitopt.ocp.multicontact.planar_impossibility import explain_planar_impossibility
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.parallel.execution import Execution
 from gaitopt.parallel.runner import collect_tasks, run_tasks
@@ -73,7 +73,7 @@ def search_planar_sequences(
     for sequence in tried:
         try:
             candidate = problem.replace(sequence=sequence)
-            reason = explain_imbalance(candidate)
+            reason = explain_planar_impossibility(candidate)
         except InputError as error:
             reason = str(error)
         if reason is None:

@@ -18,7 +18,7 @@ from gaitopt.errors import InputError, suggest
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.motion import Array
 from gaitopt.motion.phase_sequence import PhaseSequence
-from gaitopt.ocp.multicontact.momentum_balance import explain_imbalance
+from gaitopt.ocp.multicontact.planar_impossibility import explain_planar_impossibility
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
@@ -160,7 +160,7 @@ class SweepGrid:
             if isinstance(problem, GaitProblem):
                 reason = explain_impossibility(problem.sequence, problem)
             else:
-                reason = explain_imbalance(problem) or ""
+                reason = explain_planar_impossibility(problem) or ""
             if reason:
                 reasons[point] = f"{reason[0].upper()}{reason[1:]}."
         return reasons
