@@ -36,7 +36,7 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     if len(set(names)) != len(names):
         ground = [p.name for p in GROUND]
         repeated = next(name for name in names if names.count(name) > 1)
-        place = "" if repeated not in ground else f"; {', '.join(map(repr, ground))} are parameters of the ground"
+        place = "" if repeated not in ground else f"; {', '.join(map(repr, ground))} are names of the ground's parameters"
         raise InputError(f"Parameters must have different names, got {repeated!r} twice{place}.")
     if "gravity" not in names:
         raise InputError("The parameters of a robot must include 'gravity'.")
