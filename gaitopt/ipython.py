@@ -1,7 +1,10 @@
 """Display of results and figures in notebooks, registered with IPython when gaitopt is imported there."""
 
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False  # that of typing, whose import takes longer than all others of gaitopt
+if TYPE_CHECKING:
+    from typing import Any
 
 DISPLAYED = {
     "gaitopt.motion.gait": "Gait",
@@ -28,24 +31,24 @@ DRAWN = (
 """Classes that are displayed with their figure; of datasets, those of sweeps, basins and fronts."""
 
 
-def load_ipython_extension(shell: Any) -> None:
+def load_ipython_extension(shell: "Any") -> None:
     """Register the display of results and figures; called in a notebook on import and by ``%load_ext gaitopt``."""
 
-    def display(result: Any) -> str:
+    def display(result: object) -> str:
         html: str = import_module("gaitopt.report.notebook").show_in_notebook(result)
         return html
 
     for module, name in DISPLAYED.items():
         shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, display)
 
-    def view(result: Any) -> str:
+    def view(result: object) -> str:
         html: str = import_module("gaitopt.plot.result_view").view_result(result)
         return html
 
     for module, name in DRAWN:
         shell.display_formatter.formatters["text/html"].for_type_by_name(module, name, view)
 
-    def draw(figure: Any) -> Any:
+    def draw(figure: object) -> object:
         return import_module("IPython.core.pylabtools").print_figure(figure, fmt="png")
 
     # Figures of gaitopt do not belong to pyplot, which displays its own; a backend set by %matplotlib takes precedence.

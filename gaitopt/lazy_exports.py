@@ -2,18 +2,13 @@
 
 The names are listed once, in the package's stub ``__init__.pyi``, as ``from module import Name as Name``.  Type
 checkers and editors read the stub; at run time :func:`export_lazily` reads the same file, so that importing a package
-imports nothing else.
+imports nothing else.  This module imports only what Python has loaded at its start: a command can handle Ctrl-C once
+this package is imported.
 """
 
-import re
 import sys
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
-from typing import Any
-
-EXPORT = re.compile(r"^from ([\w.]+) import (\w+) as (\w+)$", re.MULTILINE)
-"""An entry of a stub: module, name and exported name.  To parse the stubs as Python would take longer."""
 
 
 class LazyPackage(ModuleType):
@@ -25,7 +20,7 @@ class LazyPackage(ModuleType):
 
     _modules: dict[str, str]
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name not in self._modules:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         value = getattr(import_module(self._modules[name]), name)
@@ -86,5 +81,8 @@ def _omit_private_names(modules: dict[str, str]) -> dict[str, str]:
 
 def _read_stub(package: str) -> dict[str, str]:
     """Return the names that the stub of a package imports, such as ``__version__``, and their modules."""
-    stub = Path(str(import_module(package).__file__)).with_suffix(".pyi").read_text(encoding="utf-8")
-    return {name: module for module, name, exported in EXPORT.findall(stub) if exported == name}
+    with open(f"{import_module(package).__file__}i", encoding="utf-8") as stub:  # noqa: PTH123 pathlib is not imported
+        lines = [line.split() for line in stub]
+    # An entry is "from MODULE import NAME as NAME".  To parse the stubs as Python would take longer.
+    entries = [words for words in lines if len(words) == 6 and words[::2] == ["from", "import", "as"]]
+    return {name: module for _, module, _, name, _, exported in entries if exported == name}

@@ -34,9 +34,9 @@ def add_ground(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     every = (*parameters, *GROUND)
     names = [p.name for p in every]
     if len(set(names)) != len(names):
-        ground = [p.name for p in GROUND]
-        repeated = next(name for name in names if names.count(name) > 1)
-        place = "" if repeated not in ground else f"; {', '.join(map(repr, ground))} are parameters of the ground"
+        repeated, ground = next(name for name in names if names.count(name) > 1), [p.name for p in GROUND]
+        listed = ", ".join(map(repr, ground))
+        place = f"; {listed} are names of the ground's parameters" if repeated in ground else ""
         raise InputError(f"Parameters must have different names, got {repeated!r} twice{place}.")
     if "gravity" not in names:
         raise InputError("The parameters of a robot must include 'gravity'.")

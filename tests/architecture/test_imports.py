@@ -136,6 +136,13 @@ def test_importing_gaitopt_loads_no_numerics():
     assert not loaded_by("import gaitopt") & {"casadi", "numpy", "scipy", "h5py"}
 
 
+def test_a_command_handles_an_interrupt_before_slow_imports():
+    statement = "before = set(sys.modules); import gaitopt.__main__; print(*(set(sys.modules) - before)); sys.exit()"
+    loaded = loaded_by(statement)
+    assert "gaitopt" in loaded
+    assert not loaded & {"re", "typing", "pathlib", "inspect", "json"}
+
+
 def test_the_command_line_imports_scipy_and_hdf5_when_they_are_used():
     assert not loaded_by("from gaitopt.cli.app import app") & {"scipy", "h5py"}
 

@@ -314,7 +314,7 @@ def test_errors_of_the_assembly_state_what_is_accepted():
         PlanarCoordinates(("x", "x"), [GRAVITY])
     with pytest.raises(InputError, match=r"Parameters must have different names, got 'gravity' twice\."):
         PlanarCoordinates(("x",), [GRAVITY, GRAVITY])
-    with pytest.raises(InputError, match=r"got 'slope' twice; 'slope', .* are parameters of the ground\."):
+    with pytest.raises(InputError, match=r"got 'slope' twice; 'slope', .* are names of the ground's parameters\."):
         PlanarCoordinates(("x",), [GRAVITY, Parameter("slope", 0.1, "rad", "slope")])
     with pytest.raises(InputError, match="must include 'gravity'"):
         PlanarCoordinates(("x",), [])
