@@ -56,7 +56,7 @@ BARRIER_NEARBY = 1e-4
 
 PERTURBATION_NEARBY = 1e4
 """Largest perturbation of the Hessian in a solve that starts near its solution: those that converge need at most 100,
-in up to 315 iterations.  Others reach 1e18 by twenty factorisations, each about ten times as slow as usual."""
+in up to 275 iterations.  Others reach 1e18 by twenty factorisations, each about ten times as slow as usual."""
 
 MOST_NEARBY = 60
 """Largest number of iterations of the solve with fixed durations that starts near its guess."""
