@@ -63,6 +63,8 @@ BLAS_BUFFER = 2**27
 MOST_ITERATIONS = 2**31 - 1
 """Largest iteration count of Ipopt, a 32-bit integer."""
 
+LARGEST_PERTURBATION = 1e20
+"""Default of Ipopt for the largest perturbation of the Hessian."""
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 """Variables of the environment with which users set the number of threads of OpenBLAS."""
@@ -139,10 +141,20 @@ class Ipopt:
     _patience: int = field(
         default=MOST_ITERATIONS, eq=False, repr=False, alias="_patience", validator=whole_number(0, MOST_ITERATIONS)
     )
+    _perturbation: float = field(
+        default=LARGEST_PERTURBATION, repr=False, alias="_perturbation", validator=positive(upper=LARGEST_PERTURBATION)
+    )
 
     def with_patience(self, iterations: int, *, max_iterations: int) -> "Ipopt":
         """Return the solver that ends after some iterations if it is far from feasible, otherwise later."""
         return evolve(self, max_iterations=max_iterations, _patience=iterations)
+
+    def limit_perturbation(self, largest: float) -> "Ipopt":
+        """Return the solver that begins its restoration phase if a step needs a larger perturbation of the Hessian.
+
+        The perturbation increases from one factorisation to the next, and the last ones are the slowest.
+        """
+        return evolve(self, _perturbation=largest)
 
     def start_clock(self) -> "Ipopt":
         """Return the solver whose time limit, counted from now, is that of all NLPs it solves together."""
@@ -212,6 +224,7 @@ class Ipopt:
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.mu_strategy": "adaptive",
+            "ipopt.max_hessian_perturbation": float(self._perturbation),
             "ipopt.obj_scaling_factor": 1 / nlp.typical,
             "error_on_fail": False,
         }
