@@ -56,7 +56,7 @@ class EngineAdvice:
     Examples
     --------
     >>> from gaitopt.simulation import planar_engine_named
-    >>> EngineAdvice(hidden=False).give(planar_engine_named("scipy"))  # at once: nothing is printed
+    >>> EngineAdvice(hidden=False).give(planar_engine_named("scipy"))
     """
 
     def __init__(self, *, hidden: bool) -> None:
