@@ -160,11 +160,12 @@ def _solve_and_import(
 
 def _state_failure(gait: "Gait | PlanarGait") -> str:
     """Return the status of a gait that is not a verified solution, with the reason, in one line."""
-    from gaitopt.motion.gait import IMPLAUSIBLE
+    from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT
     from gaitopt.study.storage.failure_reason import explain_failure
 
     reason = explain_failure(gait) or "it was not verified"
-    remedy = "" if gait.status.hint in reason or IMPLAUSIBLE in reason else f". {gait.status.hint}"
+    is_final = any(part in reason for part in (gait.status.hint, IMPLAUSIBLE, NONEXISTENT))
+    remedy = "" if is_final else f". {gait.status.hint}"
     return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 

@@ -28,6 +28,10 @@ IMPLAUSIBLE = (
 """Message of a failed solve of a robot with implausible sizes or directions: its limits are not the probable cause."""
 
 
+NONEXISTENT = "no periodic gait exists"
+"""Part of the message of a problem that is refused because friction and gravity exclude every periodic gait."""
+
+
 @dataclass(frozen=True)
 class Violation:
     """A violated constraint or bound, by name.

@@ -6,7 +6,7 @@ from typing import Any
 
 from gaitopt.errors import join_reasons
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait import IMPLAUSIBLE, Gait, SolverReport
+from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait, SolverReport
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
@@ -141,6 +141,8 @@ def describe_status(gait: Gait | PlanarGait) -> str:
     replay, error = gait.verification, gait.solver.error_between_nodes
     if gait.solver.message == IMPLAUSIBLE:  # the remedies of the status concern limits and the solver
         return f"{gait.status.key}: No gait was found: {IMPLAUSIBLE}."
+    if NONEXISTENT in gait.solver.message:
+        return f"{gait.status.key}: The problem was not solved, since {NONEXISTENT}; the reason is stated below."
     if gait.status is not Status.PLAN_INACCURATE or replay is None or not replay.passed:
         return f"{gait.status.key}: {gait.status.hint}"
     followed = f"{gait.status.key}: The optimiser converged and the replay follows the plan, but"

@@ -357,3 +357,14 @@ def test_remedies_of_inaccurate_plans_are_tried_as_well(hop_gait, monkeypatch, s
     problem = PlanarProblem(robot=hop_gait.robot, sequence=str(hop_gait.sequence))
     _try_remedies(problem, hop_gait.replace_fields(status=status), silent, SimpleNamespace(describe=lambda text: None))
     assert bool(tried) is (status is not Status.TIME_LIMIT)
+
+
+def test_a_slope_without_a_gait_is_reported_without_the_remedies_of_a_failed_solve(command, root, folder):
+    words = ("solve", root / "problems" / "compass_slip.py", "--set", "slope=20", "-o", "steep.h5")
+    run, quiet = command(*words), command(*words, "--quiet")
+    assert run.status == quiet.status == 1
+    said = " ".join(run.out.split())
+    assert "infeasible: The problem was not solved, since no periodic gait exists; the reason is stated below." in said
+    assert "tan(slope) = 0.364 exceeds friction 0.14" in said
+    assert quiet.err.startswith("infeasible: tan(slope) = 0.364 exceeds friction 0.14")
+    assert not any("another contact sequence" in text for text in (run.out, quiet.err))

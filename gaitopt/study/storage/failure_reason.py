@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from gaitopt.errors import join_reasons
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.gait import IMPLAUSIBLE, Gait
+from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
@@ -37,6 +37,8 @@ def explain_failure(gait: Gait | PlanarGait, *, most_conflicts: int | None = Non
         return "replay: " + join_reasons(gait.verification.reasons)
     if gait.solver.message == IMPLAUSIBLE:
         return f"no gait found; {IMPLAUSIBLE}: {gait.solver.warnings[0]}"
+    if NONEXISTENT in gait.solver.message:
+        return gait.solver.message
     if gait.solver.conflicts:
         return "no gait found; " + list_conflicts(gait.solver.conflicts, most_conflicts)
     if gait.status is Status.PLAN_INACCURATE:
