@@ -36,14 +36,7 @@ MOST_KEYS = 1000
 """Number of combinations of plain arguments of a record that are remembered as valid."""
 
 EXPRESSION = "a CasADi expression (SX)"
-_NAMES = {
-    float: "a number",
-    int: "a whole number",
-    str: "a string",
-    bool: "True or False",
-    Path: "a path",
-    None: "None",
-}
+_NAMES = {float: "a number", int: "a whole number", str: "a string", bool: "True or False", Path: "a path"}
 
 
 class ArgumentError(InputError):
@@ -385,9 +378,9 @@ def _describe(kind: Any) -> str:
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return " or ".join(dict.fromkeys(_describe(part) for part in parts))
-    if kind is type(None):
+    if kind in (None, type(None)):
         return "None"
-    if isinstance(kind, type | None) and kind in _NAMES:
+    if isinstance(kind, type) and kind in _NAMES:
         return _NAMES[kind]
     if getattr(kind, "__name__", "") == "SX":
         return EXPRESSION

@@ -98,9 +98,7 @@ def assemble_planar(
     symbols = ca.vertcat(*[ca.SX.sym(f"extended_{k}") for k in range(len(springs))]) if springs else ca.SX(0, 1)
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
-    check_symbols(name, labelled, coordinates, "c.coordinate(...) and c.parameter(...)")
-    check_inertias(name, labelled, (coordinates.p, coordinates.parameters))
-    _check_gaps(name, contacts, coordinates.q)
+    _check_expressions(name, labelled, contacts, coordinates)
     mechanics = derive(bodies, coordinates.q, coordinates.v, coordinates.gravity, every)
     index = {point: i for i, point in enumerate(places)}
     inputs = {"q": coordinates.q, "v": coordinates.v, "p": ca.vertcat(coordinates.p, symbols)}
@@ -130,10 +128,17 @@ def _default_points(bodies: Sequence[Body], contacts: Mapping[str, AnyContact], 
     return feet if drawing.links else feet | body_points(bodies)
 
 
-def _check_gaps(name: str, contacts: Mapping[str, AnyContact], q: ca.SX) -> None:
-    """Raise InputError if the gap of a contact depends on no coordinate."""
+def _check_expressions(
+    name: str,
+    labelled: Mapping[str, ca.SX | float],
+    contacts: Mapping[str, AnyContact],
+    coordinates: PlanarCoordinates,
+) -> None:
+    """Raise InputError for a strange symbol, a negative mass, or a gap that depends on no coordinate."""
+    check_symbols(name, labelled, coordinates, "c.coordinate(...) and c.parameter(...)")
+    check_inertias(name, labelled, (coordinates.p, coordinates.parameters))
     for label, part in contacts.items():
-        if not ca.depends_on(ca.SX(part.gap), q):
+        if not ca.depends_on(ca.SX(part.gap), coordinates.q):
             raise InputError(
                 f"Robot {name!r}: gap of contact {label!r} depends on no coordinate; remove or correct it."
             )
