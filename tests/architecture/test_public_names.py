@@ -94,14 +94,12 @@ from gaitopt import solv
 
 
 @pytest.mark.slow
-def test_type_checkers_know_the_public_names(tmp_path, request):
+def test_type_checkers_know_the_public_names(tmp_path):
     snippet = tmp_path / "snippet.py"
     snippet.write_text(SNIPPET)
     tool = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent"]
-    kept = getattr(request.config, "cache", None)  # of unchanged modules, which take a quarter of a minute
-    cache = f"--cache-dir={kept.mkdir('mypy') if kept else tmp_path}"
-    options = ["--ignore-missing-imports", cache, "--no-error-summary", str(snippet)]
-    done = subprocess.run([*tool, *options], cwd=PACKAGE.parent, capture_output=True, text=True, timeout=600)
+    cache = ["--ignore-missing-imports", f"--cache-dir={tmp_path}", "--no-error-summary", str(snippet)]
+    done = subprocess.run([*tool, *cache], cwd=PACKAGE.parent, capture_output=True, text=True, timeout=600)
     lines = [line.removeprefix(f"{snippet}:") for line in done.stdout.splitlines()]
     revealed = [line.partition("Revealed type is ")[2] for line in lines if "Revealed type" in line]
     assert len(revealed) == 4
