@@ -128,7 +128,8 @@ def recall_parameter(name: str, unit: str = "1", **interval: Any) -> Parameter:
     20.0
     """
     lower, upper = interval.get("lower", 0.0), interval.get("upper", math.inf)
-    return Parameter(name, upper if math.isfinite(upper) else lower + 1.0, unit, "", **interval)
+    valid = upper if math.isfinite(upper) else lower + 1.0 if math.isfinite(lower) else 0.0
+    return Parameter(name, valid, unit, "", **interval)
 
 
 def resolve(parameters: tuple[Parameter, ...], values: Mapping[str, object], owner: str) -> dict[str, float]:

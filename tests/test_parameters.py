@@ -30,7 +30,16 @@ from gaitopt import (
     ScipyEngine,
     SettlingCriterion,
 )
-from gaitopt.parameters import as_vector, callable_with, instance_of, optional, positive, resolve, whole_number
+from gaitopt.parameters import (
+    as_vector,
+    callable_with,
+    instance_of,
+    optional,
+    positive,
+    recall_parameter,
+    resolve,
+    whole_number,
+)
 from gaitopt.simulation import Tolerances
 from gaitopt.study import WalkTest
 
@@ -224,3 +233,9 @@ def test_options_are_frozen_keys_of_caches_and_fit_for_other_processes(options):
 def test_masses_and_lengths_are_not_negative_by_default(name, lower):
     assert Parameter(name, 1.0, "1", "").lower == lower
     assert Parameter(name, 1.0, "1", "", lower=-2.0).lower == -2.0
+
+
+@pytest.mark.parametrize("bounds", [{}, {"lower": -math.inf}, {"upper": -2.0}, {"lower": 3.0, "whole": True}])
+def test_numbers_with_any_bounds_are_checked(bounds):
+    parameter = recall_parameter("offset", **bounds)
+    assert parameter.check(parameter.default) == parameter.default
