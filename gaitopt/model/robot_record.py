@@ -103,7 +103,7 @@ def describe_parameter(parameter: Parameter) -> dict[str, Any]:
 
     Examples
     --------
-    >>> describe_parameter(Parameter("friction", math.inf, "1", "friction"))["default"]
+    >>> describe_parameter(Parameter("friction", math.inf, "1", "friction", infinite=True))["default"]
     'inf'
     """
     numbers = {name: float(getattr(parameter, name)) for name in _NUMBERS}
@@ -116,7 +116,7 @@ def read_parameter(described: Mapping[str, Any]) -> Parameter:
 
     Examples
     --------
-    >>> read_parameter(describe_parameter(Parameter("friction", math.inf, "1", "friction"))).default
+    >>> read_parameter(describe_parameter(Parameter("friction", math.inf, "1", "friction", infinite=True))).default
     inf
     """
     return Parameter(**{**described, **{name: float(described[name]) for name in _NUMBERS}})

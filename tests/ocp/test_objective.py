@@ -79,9 +79,12 @@ def test_equal_objectives_share_a_transcription():
     assert built(2 * TorqueSquared() + TorqueRate()) is not built(3 * TorqueSquared() + TorqueRate())
 
 
-@pytest.mark.parametrize("name", ["torque_sqared", 3, None])
-def test_an_unknown_objective_lists_the_known_ones(name):
-    with pytest.raises(InputError, match=r"no objective .*Known: cost_of_transport, torque_squared, positive_work"):
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [("torque_sqared", "no objective 'torque_sqared'"), (3, "a name or an Objective, got 3"), (None, "got None")],
+)
+def test_an_unknown_objective_lists_the_known_ones(name, fault):
+    with pytest.raises(InputError, match=rf"{fault}.*Known: cost_of_transport, torque_squared, positive_work"):
         objective_named(name)
 
 
