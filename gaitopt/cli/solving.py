@@ -122,6 +122,8 @@ def solve(
         failure = source if repeated else (problem, path.with_name(f"{path.stem}_failed.h5"))
     interrupted |= _save_and_report(gait, path, failure, json=json)
     if interrupted:
+        if gait.status is not Status.INTERRUPTED:
+            err.print(_describe_interrupt(gait, path), soft_wrap=True)
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
         print_reason(_state_failure(gait))
@@ -215,6 +217,17 @@ def _try_remedies(
         return try_remedies(problem, gait, observer), False
     except KeyboardInterrupt:
         return gait, True
+
+
+def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
+    """Return what a command that was interrupted after its solve has not done."""
+    if not gait.status.ok:
+        return "Interrupted: possible remedies are not all tested."
+    if gait.verification is None:
+        return (
+            f"Interrupted before the replay: the gait is solved but not verified. To replay it: gaitopt verify {path}."
+        )
+    return "Interrupted: the gait is verified, but the second-order conditions of its optimum are not checked."
 
 
 def _save_and_report(

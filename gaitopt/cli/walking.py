@@ -1,7 +1,7 @@
 """Commands on walks: stability, simulate."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -93,6 +93,7 @@ def stability(
         subject = read_input(request, starts, steps=steps) if cycles is None else None
     if subject is None:
         report_planar_cycles(cycles or (), engine, describe_law(law, stance_angle), json=json)
+        _remark_on_sequence(request, [cycle.sequence for cycle in cycles or ()])
         if not cycles:
             print_reason(NO_GAIT)
             err.print(explain_no_gait(request, engine), soft_wrap=True)
@@ -101,9 +102,21 @@ def stability(
         print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
     else:
         print_cycles(subject.gaits, subject.engine, describe_law(law, stance_angle, subject.law.gain_values))
+    _remark_on_sequence(request, [cycle.sequence for cycle in subject.gaits])
     if not subject.gaits:
         print_reason(NO_GAIT)
     raise typer.Exit(0 if subject.gaits else 1)
+
+
+def _remark_on_sequence(request: "Request", found: Sequence[str]) -> None:
+    """Remark if the periodic gait of a saved gait has another contact sequence than the plan."""
+    if request.is_script or not found or found[0] == (planned := str(request.gait.sequence)):
+        return
+    err.print(
+        f"The periodic gait has the contact sequence {found[0]!r}, the plan {planned!r}: small deviations change the "
+        "modes of contacts, as where a force or an impulse of the plan is close to the boundary of its friction cone.",
+        soft_wrap=True,
+    )
 
 
 def simulate(

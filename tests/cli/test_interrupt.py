@@ -126,6 +126,16 @@ def test_an_interrupt_after_the_solve_keeps_the_gait(command, root, folder, monk
     gait = load("compass_stick.h5")
     assert gait.verification.passed
     assert gait.certificate is None
+    assert run.err.endswith("verified, but the second-order conditions of its optimum are not checked.\n")
+
+
+def test_an_interrupt_before_the_replay_is_stated(command, root, folder, monkeypatch):
+    monkeypatch.setattr("gaitopt.simulation.verification.verify", raise_interrupt)
+    run = command("solve", root / "problems/compass_stick.py", "--set", "intervals=8")
+    assert run.status == 130
+    assert load("compass_stick.h5").verification is None
+    message = "the gait is solved but not verified. To replay it: gaitopt verify compass_stick.h5."
+    assert run.err.endswith(f"Interrupted before the replay: {message}\n")
 
 
 def test_an_interrupt_while_a_gait_is_written_takes_effect_afterwards(slip_file, folder, monkeypatch):

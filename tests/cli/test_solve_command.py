@@ -347,6 +347,7 @@ def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, 
     assert run.status == (130 if interrupted else 1)
     assert "all contacts slip forward all the time" in " ".join(run.out.split())
     assert ("another sequence is solved" in run.out) is not interrupted
+    assert ("Interrupted: possible remedies are not all tested." in run.err) is interrupted
     assert (folder / "hop_failed.h5").exists()
 
 

@@ -13,6 +13,7 @@ from gaitopt import GaitoptError, assess_stability, load, load_basin
 from gaitopt.cli import walk_file
 from gaitopt.cli.app import app, main
 from gaitopt.simulation import engine_choice
+from gaitopt.stability.cycle import Cycle
 from gaitopt.study.basins.basin_file import fraction_at
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
@@ -268,3 +269,13 @@ def test_scripts_that_the_readme_excludes_are_refused(command, script):
     error = run(command, f"problems/{script}.py", *OPTIONS.get(command, ())).exception
     assert isinstance(error, GaitoptError)
     assert re.search(r"'gaitopt (solve|stability)", str(error))
+
+
+def test_stability_remarks_on_another_contact_sequence_than_that_of_the_plan(command, slip_file, monkeypatch):
+    assert "contact sequence" not in command("stability", slip_file).err
+    monkeypatch.setattr(Cycle, "sequence", property(lambda cycle: "stick | stick"))
+    run = command("stability", slip_file, "--json")
+    assert (
+        "The periodic gait has the contact sequence 'stick | stick', the plan 'slip+ stick | slip+': small" in run.err
+    )
+    assert run.json["gaits"]
