@@ -313,8 +313,8 @@ class PlanarProblem:
         if self.robot.travel is None and targets != (None, None):
             raise InputError(
                 f"Robot {self.robot.name!r} does not travel: no coordinate is named 'x'. If one is the position along "
-                "the ground, state its name, PlanarCoordinates(..., travel=...); otherwise speed and step_length must be "
-                "None."
+                "the ground, state its name, PlanarCoordinates(..., travel=...); otherwise speed and step_length must "
+                "be None."
             )
         if self.robot.travel is None and self.objective.per_weight_and_travel:
             raise InputError(
