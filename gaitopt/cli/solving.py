@@ -131,7 +131,7 @@ def solve(
 
 
 def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]:
-    """Return the sentences on implausible sizes and directions of the robot, and on implausible limits of angles."""
+    """Return the sentences on implausible sizes and directions of the robot, limits of angles and soft touchdowns."""
     from gaitopt.model.robot import Robot
 
     if isinstance(problem.robot, Robot):
@@ -141,8 +141,10 @@ def _list_implausible(problem: "GaitProblem | PlanarProblem") -> tuple[str, ...]
         sizes = report_implausible_sizes(problem.robot, problem.values, problem.step_length_range.lower)
         return sizes + report_implausible_angles("Limits.angle", problem.limits.angle)
     from gaitopt.ocp.multicontact.planar_remarks import report_implausible_limits, report_implausible_robot
+    from gaitopt.ocp.multicontact.possible_causes import report_soft_touchdowns
 
-    return report_implausible_robot(problem, problem.values) + report_implausible_limits(problem)
+    soft = () if problem.sequence.is_open else report_soft_touchdowns(problem)
+    return report_implausible_robot(problem, problem.values) + report_implausible_limits(problem) + soft
 
 
 def _solve_and_import(

@@ -83,7 +83,8 @@ def check_range(problem: WalkProblem | PlanarWalkProblem, parameter: str, ends: 
     known = [*described, *gains]
     if parameter not in known:
         owner = f"Robot {robot.name!r}" + (f" under the law {getattr(law, 'name', '')!r}" if gains else "")
-        raise InputError(f"{owner} has no parameter {parameter!r}. {suggest(parameter, known)}")
+        hint = "" if gains else " Gains are those of a feedback law, which --law states."
+        raise InputError(f"{owner} has no parameter {parameter!r}. {suggest(parameter, known)}{hint}")
     if not np.all(np.isfinite(ends)) or ends[0] == ends[1]:
         stated = " to ".join(state_value(end, unit_of(robot, parameter)) for end in ends)
         raise InputError(f"The range of {parameter} must have two different finite ends, got {stated}.")

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from gaitopt import InputError, Status, load
-from gaitopt.cli.script import build_problem
-from gaitopt.cli.solving import _try_remedies
+from gaitopt.cli.script import build_problem, read_script
+from gaitopt.cli.solving import _list_implausible, _try_remedies
 from gaitopt.ocp import PlanarProblem
 from gaitopt.progress import silent
 from tests.references.storage import reference
@@ -330,6 +330,14 @@ def problem():
         objective="torque_squared",
     )
 """
+
+
+def test_touchdowns_without_impulse_are_remarked_before_the_solve(root):
+    """Such a gait is accurate on no grid, so that its solve takes long and its replay fails."""
+    path, soft = root / "problems/flat_foot.py", "sequence=heel A stick > heel A stick, toe A stick > toe A stick |"
+    (remark,) = _list_implausible(read_script(path, [soft])())
+    assert remark.startswith("toe A closes at '>', that is without impulse")
+    assert not _list_implausible(read_script(path)())
 
 
 @pytest.mark.parametrize("interrupted", [False, True])

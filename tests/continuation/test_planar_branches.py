@@ -8,10 +8,11 @@ import attrs
 import numpy as np
 import pytest
 
-from gaitopt import InputError, WalkProblem, joint_pd, load, load_diagram, trace
+from gaitopt import InputError, WalkProblem, compass_biped, joint_pd, load, load_diagram, trace
 from gaitopt.cli.script import call_script
 from gaitopt.continuation import ArclengthOptions, TraceOptions, gaits_at, save_diagram, trace_curve, two_parameters
 from gaitopt.continuation.gait_source import make_gait_source
+from gaitopt.continuation.parameter_values import check_range
 from gaitopt.continuation.planar_changes import classify_planar_change, ends_early
 from gaitopt.model import compass_with_two_feet
 from gaitopt.simulation import default_engine, planar_engine_named
@@ -195,6 +196,12 @@ def test_gains_of_a_law_are_parameters():
     assert np.abs(branch.multipliers[-1]) == pytest.approx(np.abs(expected.multipliers), abs=1e-7)
     with pytest.raises(InputError, match=r"under the law 'joint_pd' has no parameter 'hip_stifness'. Did you mean"):
         trace(problem, {"hip_stifness": (2.0, 1.0)}, start=start)
+
+
+def test_a_gain_without_a_law_is_explained():
+    problem = WalkProblem(robot=compass_biped(), parameters={"slope": 0.05})
+    with pytest.raises(InputError, match=r"has no parameter 'hip_stiffness'.* which --law states\.$"):
+        check_range(problem, "hip_stiffness", (1.0, 2.0))
 
 
 def test_a_whole_number_is_no_parameter_of_a_branch():
