@@ -164,11 +164,7 @@ def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
             f"{', '.join(actuators)}. To tune this law for the gait: gaitopt tune GAIT --law {tuned.family}."
         )
     if tuned.script_changed:
-        err.print(
-            f"The script of the law {tuned.family} has changed since the gains of {file} were tuned: the stability and "
-            "the recovery that the file states may no longer be those of the law.",
-            soft_wrap=True,
-        )
+        _warn_of_changed_script(file, tuned.family)
     if tuned.family in FAMILIES or split_script_law(tuned.family):
         return
     gains = " ".join(f"--gain {shlex.quote(f'{name}={value:.10g}')}" for name, value in tuned.gains.items())
@@ -176,6 +172,16 @@ def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
         f"The custom law {tuned.family!r} of {file} was tuned in Python; the file does not name its script. Write a "
         f"function (robot, motion, torque_limit) that returns the law, and use --law SCRIPT.py:FUNCTION {gains}; or "
         "tune ControllerFamily.from_law(law, name='SCRIPT.py:FUNCTION'), so that the saved file names the function."
+    )
+
+
+@functools.cache
+def _warn_of_changed_script(file: str, law: str) -> None:
+    """Print once that the script of tuned gains has changed; commands may make the law several times."""
+    err.print(
+        f"The script of the law {law} has changed since the gains of {file} were tuned: the stability and the recovery "
+        "that the file states may no longer be those of the law.",
+        soft_wrap=True,
     )
 
 

@@ -16,7 +16,7 @@ import gaitopt
 from gaitopt import GainSearchOptions, PushTest, assess_stability, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
 from gaitopt.cli.feedback_output import print_endurance
-from gaitopt.cli.law_option import design_for, limit_for
+from gaitopt.cli.law_option import _warn_of_changed_script, design_for, limit_for
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
@@ -432,6 +432,9 @@ def test_gains_of_a_law_that_has_changed_are_refused_or_remarked(capsys, tmp_pat
     assert code == 0
     assert f"has changed since the gains of {gains} were tuned" in " ".join(said.err.split())
     assert "its script has changed" in " ".join(run(capsys, "show", gains)[1].out.split())
+    _warn_of_changed_script.cache_clear()
+    said = "".join(run(capsys, "stability", GAIT, "--law", gains)[1].err for _ in range(2))
+    assert said.count("has changed since the gains") == 1  # a command may make the law several times
     script.write_text(text.replace("stiffness", "rigidity"))
     for command in (("stability", GAIT), ("export", GAIT, "-o", str(tmp_path / "law.c")), ("tune", GAIT)):
         code, said = run(capsys, command[0], *command[1:], "--law", gains)
