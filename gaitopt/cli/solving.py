@@ -226,9 +226,8 @@ def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
     if not gait.status.ok:
         return "Interrupted: possible remedies are not all tested."
     if gait.verification is None:
-        return (
-            f"Interrupted before the replay: the gait is solved but not verified. To replay it: gaitopt verify {path}."
-        )
+        solved = "the gait is solved but not verified"
+        return f"Interrupted before the end of the replay: {solved}. To replay it: gaitopt verify {path}."
     return "Interrupted: the gait is verified, but the second-order conditions of its optimum are not checked."
 
 

@@ -135,7 +135,7 @@ def test_an_interrupt_before_the_replay_is_stated(command, root, folder, monkeyp
     assert run.status == 130
     assert load("compass_stick.h5").verification is None
     message = "the gait is solved but not verified. To replay it: gaitopt verify compass_stick.h5."
-    assert run.err.endswith(f"Interrupted before the replay: {message}\n")
+    assert run.err.endswith(f"Interrupted before the end of the replay: {message}\n")
 
 
 def test_an_interrupt_while_a_gait_is_written_takes_effect_afterwards(slip_file, folder, monkeypatch):
