@@ -15,8 +15,9 @@ from gaitopt.locks import ONE_AT_A_TIME, one_at_a_time
 from gaitopt.model.contacts import accelerations
 from gaitopt.model.contacts.contact import Contact, PointContact
 from gaitopt.model.contacts.mode import PHYSICAL, Mode
-from gaitopt.model.expression_check import check_constants, check_inertias, check_shapes, check_symbols, label_parts
+from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force
+from gaitopt.model.inertias import derive_inertias
 from gaitopt.model.mechanics import Body, Mechanics, body_points, derive
 from gaitopt.model.robot import Coordinates, Robot
 
@@ -156,7 +157,7 @@ def assemble(
     _check_parts(name, coordinates, step, drawing)
     q, v, qp, qvp = coordinates.q, coordinates.v, *_inputs(coordinates)
     relabel, guard = step.relabel(coordinates), step.touchdown
-    _check_expressions(name, coordinates, (bodies, forces), step, actuators, drawing)
+    scalars = _check_expressions(name, coordinates, (bodies, forces), step, actuators, drawing)
     contact = step.contact
     relative = ca.vertcat(*actuators.values()) if actuators else ca.SX(0, 1)
     joint = ca.jacobian(relative, q) if actuators else ca.SX(0, q.numel())
@@ -174,6 +175,7 @@ def assemble(
         parameters=coordinates.parameters,
         points=tuple(drawing.points),
         links=tuple((index[a], index[b]) for a, b in drawing.lines),
+        inertias=derive_inertias(name, scalars, coordinates.p, coordinates.parameters),
         **_motion(coordinates, mechanics, joint),
         **_landing(coordinates, mechanics, foot, jacobian),
         **_step(coordinates, foot, jacobian, _exchange_matrix(relabel, q, name), relabel),
@@ -197,8 +199,8 @@ def _check_expressions(
     step: StepEnd,
     actuators: Mapping[str, ca.SX],
     drawing: Drawing | None,
-) -> None:
-    """Raise InputError if an expression of a robot has an invalid shape, contains nan, or has other symbols."""
+) -> dict[str, ca.SX | float]:
+    """Return the scalar expressions by label; raise InputError for an invalid shape, nan, or another symbol."""
     landing = step.landing if isinstance(step.landing, Contact) else PointContact(step.landing)
     points, scalars = label_parts(*parts, {"the landing foot": landing})
     points |= {f"point {label!r}": expression for label, expression in (drawing.points if drawing else {}).items()}
@@ -209,7 +211,7 @@ def _check_expressions(
     expressions = points | scalars | {f"exchanged angle {number}": angle for number, angle in angles}
     check_constants(name, expressions)
     check_symbols(name, expressions, coordinates, "c.angle(...), c.parameter(...) and c.foot")
-    check_inertias(name, scalars, (coordinates.p, coordinates.parameters))
+    return scalars
 
 
 def _check_parts(name: str, coordinates: Coordinates, step: StepEnd, drawing: Drawing | None) -> None:

@@ -9,7 +9,6 @@ import casadi as ca
 
 from gaitopt.errors import NAN_CAUSES, InputError
 from gaitopt.model.contacts.contact import ArcContact, Contact, PointContact
-from gaitopt.parameters import Parameter
 
 PLACES = ("position", "centre")
 """Fields of bodies and contacts that are points of the plane."""
@@ -143,46 +142,3 @@ def check_symbols(robot: str, expressions: Expressions, coordinates: Any, advice
                     f"Robot {robot!r}: {what} depends on a symbol {symbol.name()!r} that does not belong to its "
                     f"{type(coordinates).__name__}: use {advice}."
                 )
-
-
-def check_inertias(robot: str, scalars: Expressions, parameters: tuple[ca.SX, Sequence[Parameter]]) -> None:
-    """Raise InputError if a mass or an inertia of a robot is negative, or not finite, with the default parameters.
-
-    Parameters
-    ----------
-    robot : str
-    scalars : mapping of str to SX
-        Scalar expressions by label.
-    parameters : (SX, sequence of Parameter)
-        Symbols of the parameters, and the parameters.
-
-    Examples
-    --------
-    >>> leg_mass = ca.SX.sym("leg_mass")
-    >>> default = Parameter("leg_mass", 3.0, "kg", "mass of a leg")
-    >>> check_inertias("mule", {"mass of body 2": 1 - leg_mass}, (leg_mass, [default]))
-    Traceback (most recent call last):
-    ...
-    gaitopt.errors.InputError: Robot 'mule': mass of body 2 must not be negative [kg], got -2 with the default \
-parameters (leg_mass = 3 kg).
-    """
-    symbols, known = parameters
-    stated = {what: ca.SX(value) for what, value in scalars.items() if what.startswith(("mass of", "inertia of"))}
-    free = {what: value for what, value in stated.items() if not value.is_constant()}
-    if not free:
-        return
-    together = ca.vertcat(*free.values())
-    evaluate = ca.Function("inertias", [symbols], [together], {"allow_free": True})
-    if evaluate.has_free():  # a mass that depends on coordinates is checked with the mass matrix
-        return
-    numbers = evaluate([parameter.default for parameter in known]).elements()
-    for (what, value), number in zip(free.items(), numbers, strict=True):
-        if 0 <= number < math.inf:
-            continue
-        used = {symbol.name() for symbol in ca.symvar(value)}
-        stated_values = ", ".join(f"{each.name} = {each.default:g} {each.unit}" for each in known if each.name in used)
-        unit = "kg" if what.startswith("mass") else "kg m^2"
-        fault = "must not be negative" if number < 0 else "must be finite"
-        raise InputError(
-            f"Robot {robot!r}: {what} {fault} [{unit}], got {number:g} with the default parameters ({stated_values})."
-        )

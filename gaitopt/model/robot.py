@@ -17,6 +17,7 @@ from gaitopt.model.contacts.contact_model import ContactModel
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.coordinate_entries import CONTACT, StateEntries, angle_entry, count_coordinates
 from gaitopt.model.ground import GROUND
+from gaitopt.model.inertias import check_inertias
 from gaitopt.model.robot_record import RobotRecord
 from gaitopt.model.robot_serialisation import read_fields, write_record
 from gaitopt.model.terrain import refuse_terrain
@@ -116,6 +117,7 @@ class Robot(LazyRecord):
     inverse_dynamics : (q, v, a, u, p) -> M a + h - E u (n_q), of which the first two entries are the contact force
     acceleration : mode -> ((q, v, u, p) -> acceleration (n_q), force (2))
     mass : p -> total mass [kg]
+    inertias : p -> masses [kg] and inertias [kg m^2] that could be negative, an output each; None if there are none
     energy : (q, v, p) -> kinetic, potential [J]
     momentum : (q, v, p) -> linear (2), angular (1)
     wellposed : (q, p) -> (2), share of the mass that resists slip+ / slip-, positive where that slip is well posed
@@ -151,6 +153,7 @@ class Robot(LazyRecord):
     inverse_dynamics: LazyField[ca.Function] = LazyField()
     acceleration: Mapping[Mode, ca.Function] = field(repr=False)
     mass: LazyField[ca.Function] = LazyField()
+    inertias: LazyField[ca.Function | None] = LazyField(None)
     energy: LazyField[ca.Function] = LazyField()
     momentum: LazyField[ca.Function] = LazyField()
     wellposed: LazyField[ca.Function] = LazyField()
@@ -318,7 +321,9 @@ class Robot(LazyRecord):
         5.0
         """
         refuse_terrain(values)
-        return resolve(self.parameters, values, f"Robot {self.name!r}")
+        resolved = resolve(self.parameters, values, f"Robot {self.name!r}")
+        check_inertias(self.name, self.inertias, self.parameters, resolved)
+        return resolved
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:
         """Return resolved parameters as the vector p, shape (n_p,)."""

@@ -181,7 +181,8 @@ class _InclinedFunctions:
         named: dict[str, object] = {
             name: self._later(name, list(inputs), outputs) for name, (inputs, outputs) in deferred.items()
         }
-        for name in ("mass", "energy", "upright", "joint_rates", "figure", "rims", "force_powers"):
+        inertias = [] if self.robot.inertias is None else ["inertias"]
+        for name in ("mass", "energy", "upright", "joint_rates", "figure", "rims", "force_powers", *inertias):
             inputs = getattr(self.robot, name).name_in()
             named[name] = self._later(name, inputs, functools.partial(self._compose, name, inputs))
         named["impact"] = self._later("impact", ["q", "v_minus", "v_plus", "impulse", "p"], self._impact)

@@ -19,6 +19,7 @@ from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.free_parameters import (
     Ends,
+    check_corners,
     clip_values,
     fix_free_parameters,
     list_corners,
@@ -127,6 +128,7 @@ class GaitProblem:
         set_(self, "slope", lower.pop("slope") if lower == upper else (lower.pop("slope"), upper["slope"]))
         set_(self, "friction", lower.pop("friction"))
         set_(self, "parameters", lower)
+        check_corners(self.robot, self.values, self.free)
         if self.stability is not None:
             self.sequence.require_closed("StabilityBound")
             section_names(self.robot, self.sequence)

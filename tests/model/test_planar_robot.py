@@ -268,8 +268,14 @@ def test_a_negative_mass_is_named_by_its_sign_and_its_body():
     place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
     with pytest.raises(InputError, match=r"mass of body 1 must .* got -4 with the default .* \(leg_mass = 2 kg\)\.$"):
         biped(c, bodies=[PointMass(-2 * c.parameter("leg_mass"), place)])
-    (fault,) = check_planar(biped(c, bodies=[PointMass(c.parameter("leg_mass"), place)]), {"leg_mass": -6}).faults
-    assert fault.endswith("a mass or an inertia that moves with 'x', 'y' is negative (leg_mass = -6 kg).")
+    with pytest.raises(InputError, match=r"Robot 'biped': mass of body 1 must .* got -6 for leg_mass = -6 kg\.$"):
+        check_planar(biped(c, bodies=[PointMass(c.parameter("leg_mass"), place)]), {"leg_mass": -6})
+    variable = c.parameter("leg_mass") * (2 + ca.sin(c.coordinate("a")))
+    link = RigidLink(1.0, place, variable, c.coordinate("a"))
+    (fault,) = check_planar(biped(c, bodies=[link]), {"leg_mass": -6}).faults
+    assert fault.endswith("a mass or an inertia that moves with 'a' is negative (leg_mass = -6 kg).")
+    with pytest.raises(InputError, match=r"Robot 'biped': mass of body 1 must not depend on coordinates"):
+        biped(c, bodies=[PointMass(variable, place)])
 
 
 @pytest.mark.parametrize("armed", [0.05, -1, True])

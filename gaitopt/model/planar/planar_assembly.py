@@ -12,8 +12,9 @@ from gaitopt.lazy import Deferred
 from gaitopt.locks import one_at_a_time
 from gaitopt.model.assembly import Drawing
 from gaitopt.model.contacts.contact import ArcContact, Contact
-from gaitopt.model.expression_check import check_constants, check_inertias, check_shapes, check_symbols, label_parts
+from gaitopt.model.expression_check import check_constants, check_shapes, check_symbols, label_parts
 from gaitopt.model.forces import Force, Potential
+from gaitopt.model.inertias import derive_inertias
 from gaitopt.model.mechanics import Body, Mechanics, RigidLink, body_points, derive
 from gaitopt.model.planar.contact_entry import FORCE_UNITS, ContactEntry
 from gaitopt.model.planar.joint_stop import JointStop, SwitchedSpring
@@ -115,6 +116,7 @@ def assemble_planar(
         mirror=make_mirror(mirror, coordinates.names, tuple(contacts), tuple(actuators)) if mirror else None,
         points=tuple(places),
         links=tuple((index[a], index[b]) for a, b in drawing.lines),
+        inertias=derive_inertias(name, labelled, coordinates.p, coordinates.parameters),
         **_motion(inputs, mechanics, actuators),
         **_contacts(inputs, list(contacts.values()), springs),
         **_newton_euler(inputs, mechanics, list(contacts.values()), actuators),
@@ -134,9 +136,8 @@ def _check_expressions(
     contacts: Mapping[str, AnyContact],
     coordinates: PlanarCoordinates,
 ) -> None:
-    """Raise InputError for a strange symbol, a negative mass, or a gap that depends on no coordinate."""
+    """Raise InputError for a strange symbol, or a gap that depends on no coordinate."""
     check_symbols(name, labelled, coordinates, "c.coordinate(...) and c.parameter(...)")
-    check_inertias(name, labelled, (coordinates.p, coordinates.parameters))
     for label, part in contacts.items():
         if not ca.depends_on(ca.SX(part.gap), coordinates.q):
             raise InputError(

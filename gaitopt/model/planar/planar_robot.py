@@ -13,6 +13,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.lazy import LazyField, LazyRecord
 from gaitopt.locks import ONE_AT_A_TIME, cached_property
+from gaitopt.model.inertias import check_inertias
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.model.planar.mirror import Mirror
 from gaitopt.model.planar.newton_euler import NewtonEuler
@@ -55,6 +56,8 @@ class PlanarRobot(LazyRecord):
     arming : (q, v, p) -> (n_c), positive where a contact can close
     switch_guards : (q, v, p) -> (n_switches), a spring is extended when its guard falls through zero
     mass : p -> total mass [kg]
+    inertias : p -> masses [kg] and inertias [kg m^2] that could be negative, an output each, without the switches; None
+        if there are none
     energy : (q, v, p) -> kinetic, potential [J]
     momentum : (q, v, p) -> linear (2), angular (1)
     force_powers : (q, v, p) -> elastic energy [J], power dissipated by dampers [W]
@@ -90,6 +93,7 @@ class PlanarRobot(LazyRecord):
     arming: LazyField[ca.Function] = LazyField()
     switch_guards: LazyField[ca.Function] = LazyField()
     mass: LazyField[ca.Function] = LazyField()
+    inertias: LazyField[ca.Function | None] = LazyField(None)
     energy: LazyField[ca.Function] = LazyField()
     momentum: LazyField[ca.Function] = LazyField()
     force_powers: LazyField[ca.Function] = LazyField()
@@ -171,7 +175,9 @@ class PlanarRobot(LazyRecord):
     def resolve(self, values: Mapping[str, object]) -> dict[str, float]:
         """Return every parameter by name, with defaults; raise InputError for an invalid name or value."""
         refuse_terrain(values)
-        return resolve(self.parameters, values, f"Robot {self.name!r}")
+        resolved = resolve(self.parameters, values, f"Robot {self.name!r}")
+        check_inertias(self.name, self.inertias, self.parameters, resolved)
+        return resolved
 
     def vector(self, values: Mapping[str, float], extended: Sequence[bool] = ()) -> NDArray[np.float64]:
         """Return resolved parameters and switches as the vector p, shape (n_p,); by default no spring is extended."""

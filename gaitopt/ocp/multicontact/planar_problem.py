@@ -26,6 +26,7 @@ from gaitopt.ocp.provenance import ScriptRecord, plain_fields
 from gaitopt.ocp.statement.criteria import CostOfTransport
 from gaitopt.ocp.statement.free_parameters import (
     Ends,
+    check_corners,
     clip_values,
     fix_free_parameters,
     list_corners,
@@ -143,6 +144,7 @@ class PlanarProblem:
         set_(self, "slope", values.pop("slope"))
         set_(self, "friction", values.pop("friction"))
         set_(self, "parameters", values)
+        check_corners(self.robot, self.values, self.free)
         self._check_robot()
         self._check_sequence()
         check_impulses(self.impulses, self.robot, self.sequence)

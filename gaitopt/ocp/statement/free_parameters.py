@@ -3,10 +3,14 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError, suggest
 from gaitopt.parameters import Parameter
+
+if TYPE_CHECKING:
+    from gaitopt.model.planar.planar_robot import PlanarRobot
+    from gaitopt.model.robot import Robot
 
 Ends = tuple[float, float]
 """Lower and upper bound of a free parameter, in its unit."""
@@ -106,6 +110,22 @@ def _check_bounds(name: str, ends: object, known: Mapping[str, Parameter], owner
     if not lower < upper or not math.isfinite(upper):
         raise InputError(f"free: {name} must have finite bounds, the lower below the upper, got {ends!r}.")
     return lower, upper
+
+
+def check_corners(robot: "Robot | PlanarRobot", values: Mapping[str, float], free: Mapping[str, Ends]) -> None:
+    """Raise InputError if a mass or an inertia of a robot is negative with its free parameters at their bounds.
+
+    Examples
+    --------
+    >>> from gaitopt import compass_biped
+    >>> robot = compass_biped()
+    >>> check_corners(robot, robot.resolve({}), {"leg_mass": (1.0, 5.0)})
+    """
+    for corner in list_corners(values, free) if free and robot.inertias is not None else ():
+        try:
+            robot.resolve(corner)
+        except InputError as error:
+            raise InputError(f"free: the bounds of {', '.join(free)} must be narrower. {error}") from None
 
 
 def clip_values(values: Mapping[str, float], free: Mapping[str, Ends]) -> dict[str, float]:
