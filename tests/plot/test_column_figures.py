@@ -48,7 +48,7 @@ def labels_of(axes):
 
 def test_the_warning_of_a_failed_gait_is_inside_a_column(infeasible):
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # such as that of a layout in which axes have no size
+        warnings.simplefilter("error", UserWarning)  # such as that of a layout in which axes have no size
         figure = plot_gait(infeasible, style=COLUMN)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
