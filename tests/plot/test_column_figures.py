@@ -137,9 +137,8 @@ def test_the_facts_of_a_title_are_not_divided(slipping, title_of, width):
     lines = title.splitlines()[2:]
     known = ("cost of transport 0.01585", "speed 0.633 m/s", "step length 0.4713 m", r"friction $\mu$ = 0.14")
     facts = ", ".join(lines).split(", ")
-    assert tuple(facts) == known[: len(facts)]
-    assert len(facts) == (3 if width < 3.5 else 4)
-    assert len(lines) == (3 if width == 2.5 else 2)
+    assert tuple(facts) == known
+    assert len(lines) == {2.5: 4, 3.0: 3}.get(width, 2)
 
 
 @pytest.mark.parametrize(("width", "below"), [(3.5, -1.25), (7.2, -1.75)])
