@@ -120,15 +120,12 @@ def _describe_basin(table: "xr.Dataset", width: float) -> str:
 def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
     """Mark the gaits in which walks end; of a robot with several contacts, the gait that the key of its basin contains.
 
-    Gaits outside the axes are not marked.  The starts near a gait are on a line or a plane that may not contain it, of
-    which its projection is marked.
+    The starts near a gait are on a line or a plane that may not contain it, of which its projection is marked.
     """
     names = [str(name) for name in table.ending.dims]
     gait = basin_key(table)["method"].get("gait", {})
     rows = [[gait[name] for name in names]] if all(name in gait for name in names) else []
     places = np.array(rows or _find_gaits(table, names)).reshape(-1, len(names))
-    lows, highs = (np.array([end(table[name].values) for name in names]) for end in (np.min, np.max))
-    places = places[np.all((places >= lows) & (places <= highs), axis=1)]
     if not len(places):
         return []
     units = [str(table[name].attrs.get("units", "1")) for name in names]
@@ -141,7 +138,7 @@ def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
 
 
 def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:
-    """Return the different gaits in which walks end, in the coordinates and parameters of the axes [SI, rad].
+    """Return the different gaits in which walks end that are inside the axes, in their coordinates [SI, rad].
 
     Gaits of several steps have a row for each step at whose start walks ended.
     """
@@ -156,6 +153,8 @@ def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:
     ]
     walks = np.vectorize(lambda label: "|" in label)(labels)
     rows = np.column_stack([column[walks] for column in columns])
+    lows, highs = (np.array([end(table[name].values) for name in names]) for end in (np.min, np.max))
+    rows = rows[np.all((rows >= lows) & (rows <= highs), axis=1)]
     digits = [SAME_PLACE * max(float(np.ptp(table[name].values)), 1e-12) for name in names]
     _, firsts = np.unique(np.round(rows / digits), axis=0, return_index=True)
     return [list(map(float, rows[first])) for first in firsts]
