@@ -134,7 +134,7 @@ def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
     if len(names) == 1:
         lines = [axes.axvline(value, linestyle=":", linewidth=1.0, **look) for value in shown[0]]
         return lines[:1]
-    return list(axes.plot(*shown, marker="+", linestyle="none", clip_on=False, **look))
+    return list(axes.plot(*shown, marker="+", markersize=4, linestyle="none", clip_on=False, **look))
 
 
 def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:

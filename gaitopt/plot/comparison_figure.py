@@ -193,7 +193,7 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
             axes.set_title(title.replace(NO_BREAK, " "), loc="left", pad=2)
         axes.tick_params(labelbottom=row == grid.nrows - 1)
         if row == grid.nrows - 1:
-            axes.set_xlabel("fraction of the step [%]")
+            axes.set_xlabel("fraction of the step [%]" if grid.ncols == 1 else "step [%]")
     drawn[0].set_xlim(0, 100)
     if grid.ncols == 1:
         figure.align_ylabels(drawn)
