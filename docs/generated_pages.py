@@ -116,7 +116,8 @@ def errors():
         parts.append("")
     parts += ["## Exceptions", "", "| exception | meaning |", "|---|---|"]
     kinds = [getattr(gaitopt.errors, name) for name in gaitopt.errors.__all__]
-    parts += [f"| `{kind.__name__}` | {' '.join(inspect.getdoc(kind).split())} |" for kind in kinds]
+    texts = [inspect.getdoc(kind).partition("\n\nAttributes\n")[0] for kind in kinds]
+    parts += [f"| `{kind.__name__}` | {' '.join(text.split())} |" for kind, text in zip(kinds, texts, strict=True)]
     return {"errors.md": "\n".join([*parts, ""])}
 
 

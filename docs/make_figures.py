@@ -5,7 +5,9 @@ compass_design`` draws some of them.  The figures of studies are drawn by ``docs
 """
 
 import math
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +15,13 @@ from make_gallery import reduce_colors
 from PIL import Image
 from scipy.interpolate import RectBivariateSpline
 
-from gaitopt import FigureStyle, load, plot_branches, plot_gait, save_figure, solve, sweep, trace, verify
+from gaitopt import FigureStyle, load, plot_branches, plot_gait, save_figure, search, solve, sweep, trace, verify
 from gaitopt.cli.script import call_script
 from gaitopt.continuation import OptimumOptions, TraceOptions, trace_optimum
 from gaitopt.ocp import solve_steps
 from gaitopt.plot import plot_optima, plot_result
 from gaitopt.plot.style import line_style
+from gaitopt.study import load_robustness
 
 DOCS = Path(__file__).resolve().parent
 PROBLEMS = DOCS.parent / "problems"
@@ -87,6 +90,24 @@ def draw_design():
     return figure
 
 
+def draw_ranking():
+    """Return the ranking of the contact sequences of at most two phases of the compass biped."""
+    problem = call_script(PROBLEMS / "compass_slip.py", [])
+    return plot_result(search(problem, max_phases=2, starts=1))
+
+
+def draw_push_tests():
+    """Return the largest disturbances that a gait survives under two laws with their default gains."""
+    tests = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for law in ("lqr", "computed_torque"):
+            path = Path(folder) / f"{law}.json"
+            command = [sys.executable, "-m", "gaitopt", "push", DOCS / "examples" / "compass_slip.h5", "--law", law]
+            subprocess.run([*command, "-o", path, "--quiet"], check=True)
+            tests[law] = load_robustness(path)
+    return plot_result(tests)
+
+
 FIGURES = {
     "compass_slip": lambda: draw_gait("compass_slip"),
     "five_link": lambda: draw_gait("five_link"),
@@ -97,6 +118,8 @@ FIGURES = {
     "optima_over_friction": draw_optima,
     "cascade": draw_cascade,
     "compass_design": draw_design,
+    "ranking": draw_ranking,
+    "push_tests": draw_push_tests,
 }
 """Functions that return the figures, by the names of their images."""
 

@@ -2,15 +2,15 @@
 
 import itertools
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.branch_figure import angle_symbol_of
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.branch_figure import add_titled_legend, angle_symbol_of
+from gaitopt.plot.diagram_title import describe_model
 from gaitopt.plot.region_map import AreaLook, draw_regions
 from gaitopt.plot.style import FigureStyle, area_color
 from gaitopt.study.basins.basin_file import basin_key, ending_labels
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 HEIGHT, STRIP_HEIGHT = 3.6, 2.6
 """Height of a map, and of the figure of a basin over one coordinate [inch]."""
+
+SAME_PLACE = 0.01
+"""Distance over the length of an axis below which two gaits are drawn as one."""
 
 LINE = 70
 """Largest number of characters of a line of the title."""
@@ -99,19 +102,62 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
         shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
         axes.set_title(_describe_start(table), fontsize="small")
         texts = [name_ending(str(handle.get_label())) for handle in shown_handles]
-        add_page_legend(figure, shown_handles, texts, columns=3, width=style.width, loc="outside upper center")
+        title = _describe_basin(table, style.width) * style.titled
+        add_titled_legend(figure, shown_handles, texts, title, style, columns=3)
     return figure
 
 
+def _describe_basin(table: "xr.Dataset", width: float) -> str:
+    """Return the title: the robot, its parameters that are not axes, and the law."""
+    key = basin_key(table)
+    law = str(key["method"].get("law", "")).replace("_", " ")
+    varied = {str(name) for name in table.ending.dims}
+    facts = [] if law in ("", "passive") else [f"law {law}"]
+    parameters = {name: float(value) for name, value in key["parameters"].items()}  # infinite ones are texts
+    return describe_model(str(key["robot"]), parameters, width, varied=varied, facts=facts)
+
+
 def _mark_gait(axes: "Axes", table: "xr.Dataset") -> list["Line2D"]:
-    """Mark the gait of a robot with several contacts, which the key of its basin contains, if it lies on the axes."""
-    gait, names = basin_key(table)["method"].get("gait", {}), [str(name) for name in table.ending.dims]
-    if any(name not in gait for name in names):
+    """Mark the gaits in which walks end; of a robot with several contacts, the gait that the key of its basin contains.
+
+    The starts near a gait are on a line or a plane that may not contain it, of which its projection is marked.
+    """
+    names = [str(name) for name in table.ending.dims]
+    gait = basin_key(table)["method"].get("gait", {})
+    rows = [[gait[name] for name in names]] if all(name in gait for name in names) else []
+    places = np.array(rows or _find_gaits(table, names)).reshape(-1, len(names))
+    if not len(places):
         return []
-    place = [in_shown_unit(np.array([gait[name]]), str(table[name].attrs.get("units", "1")))[0] for name in names]
-    if len(place) == 1:
-        return [axes.axvline(place[0], color="black", linestyle=":", label="gait")]
-    return list(axes.plot(*place, color="black", marker="+", linestyle="none", label="gait"))
+    units = [str(table[name].attrs.get("units", "1")) for name in names]
+    shown = [in_shown_unit(places[:, k], unit) for k, unit in enumerate(units)]
+    look: dict[str, Any] = {"color": "black", "label": "gait"}
+    if len(names) == 1:
+        lines = [axes.axvline(value, linestyle=":", linewidth=1.0, **look) for value in shown[0]]
+        return lines[:1]
+    return list(axes.plot(*shown, marker="+", markersize=4, linestyle="none", clip_on=False, **look))
+
+
+def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:
+    """Return the different gaits in which walks end that are inside the axes, in their coordinates [SI, rad].
+
+    Gaits of several steps have a row for each step at whose start walks ended.
+    """
+    coordinates = [str(name) for name in table.coordinate.values]
+    if not any(name in coordinates for name in names):
+        return []
+    labels, final = ending_labels(table), table.final.values
+    grid = np.meshgrid(*(table[name].values for name in names), indexing="ij")
+    columns = [
+        final[..., coordinates.index(name)] if name in coordinates else values
+        for name, values in zip(names, grid, strict=True)
+    ]
+    walks = np.vectorize(lambda label: "|" in label)(labels)
+    rows = np.column_stack([column[walks] for column in columns])
+    lows, highs = (np.array([end(table[name].values) for name in names]) for end in (np.min, np.max))
+    rows = rows[np.all((rows >= lows) & (rows <= highs), axis=1)]
+    digits = [SAME_PLACE * max(float(np.ptp(table[name].values)), 1e-12) for name in names]
+    _, firsts = np.unique(np.round(rows / digits), axis=0, return_index=True)
+    return [list(map(float, rows[first])) for first in firsts]
 
 
 def _describe_start(table: "xr.Dataset") -> str:

@@ -9,8 +9,7 @@ from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.basin_figure import ending_looks, name_ending
-from gaitopt.plot.branch_figure import angle_symbol_of
-from gaitopt.plot.legends import add_page_legend
+from gaitopt.plot.branch_figure import add_titled_legend, angle_symbol_of
 from gaitopt.plot.region_map import HATCH
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -76,7 +75,8 @@ def plot_branch_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) 
         figure.align_ylabels()
         entries = [axes.get_legend_handles_labels() for axes in (upper, lower)]
         handles, labels = ([*one, *other] for one, other in zip(*entries, strict=True))
-        add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
+        robot = str(table.attrs.get("title", "")).partition(":")[0].replace("_", " ")
+        add_titled_legend(figure, handles, labels, robot * style.titled, style)
     return figure
 
 

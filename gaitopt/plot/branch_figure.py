@@ -1,7 +1,7 @@
 """The figure of a bifurcation diagram: a coordinate and the multipliers of gaits over a parameter."""
 
 import math
-import textwrap
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,13 +14,21 @@ from gaitopt.continuation.branch_diagram import (
 )
 from gaitopt.continuation.gait_names import name_gaits
 from gaitopt.errors import InputError, suggest
-from gaitopt.model.robots.catalogue import robot_named
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity, show_unit
+from gaitopt.plot.diagram_title import describe_model
 from gaitopt.plot.legends import add_page_legend, extend_page
 from gaitopt.plot.panels import widen_constant
 from gaitopt.plot.radius_curves import interpolate_radii
-from gaitopt.plot.special_marks import ABOVE_MARKERS, LEAST_MARKER, SpecialMark, choose_marker_size, draw_special_marks
+from gaitopt.plot.special_marks import (
+    ABOVE_MARKERS,
+    LEAST_MARKER,
+    MARKER,
+    SpecialMark,
+    choose_marker_size,
+    draw_special_marks,
+    explain_marker_sizes,
+)
 from gaitopt.plot.style import FigureStyle, angle_symbol, line_style
 
 if TYPE_CHECKING:
@@ -50,8 +58,13 @@ MARKERS: dict[str, Any] = {
     "Painleve paradox": "2",
     "unbounded multiplier": "3",
     "end": "4",
+    "interrupted": "$?$",
 }
-"""Marker of each kind of special point, by its label; those at which branches end consist of lines."""
+"""Marker of each kind of special point, by its label; those at which branches end consist of lines.  The last one marks
+ends at which a trace was interrupted."""
+
+INTERRUPTED = "interrupted"
+"""Reason of the end of a branch whose trace was interrupted, and label of its marker."""
 
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.6}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.0}
@@ -67,13 +80,6 @@ COINCIDENT = 2e-3
 LARGEST_RADIUS = 4.0
 """Largest spectral radius that is shown, unless all are larger."""
 
-
-NO_BREAK = "\N{NO-BREAK SPACE}"
-LINE, MOST_LINES = 58, 3
-"""Characters of a line of the title, and lines of the changed parameters in it; more parameters are counted."""
-
-LETTERS_PER_INCH, AXIS_WIDTH = 15.5, 0.75
-"""Characters of the title per inch, and width of the labels of the vertical axis, where it does not extend [inch]."""
 
 Colors = dict[tuple[str, int], Any]
 """Colours of the gaits of different steps and of a period."""
@@ -150,12 +156,10 @@ def plot_branches(
         figure.align_ylabels()
         upper.set_ylabel(f"{angle_symbol_of(coordinate)} after touchdown [{show_unit(units[coordinate])}]")
         handles, labels = _legend(upper, {names[gaits]: color for gaits, color in colors.items()})
+        explain_marker_sizes(marks, handles, labels)
         lines = [[np.column_stack([values, row]) for row in heights.T] for _, values, heights in drawn]
         state_coincidence(upper, lines, handles, labels)
-        legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
-        extend_page(figure, legend, style.tallest)
-        if style.titled:
-            upper.set_title(describe_diagram(diagram, style.width), loc="left", fontsize="medium")
+        add_titled_legend(figure, handles, labels, describe_diagram(diagram, style.width) * style.titled, style)
     return figure
 
 
@@ -224,47 +228,27 @@ def _state_cut_radii(axes: "Axes", diagram: BranchDiagram) -> None:
         axes.set_title(text, loc="right", fontsize="medium")
 
 
-def describe_diagram(diagram: "BranchDiagram | OptimalDiagram", width: float) -> str:
-    """Return the title: the robot, and slope, friction, speed and step length unless they are varied or not fixed.
+def describe_diagram(diagram: "BranchDiagram | OptimalDiagram", width: float, varied: Collection[str] = ()) -> str:
+    """Return the title of a figure of a given width, without parameters that are varied.
 
-    Below is what is not the default.
+    It states speed and step length if they are fixed.
     """
-    values, facts = diagram.parameters, [diagram.robot.replace("_", " ")]
-    if "slope" in values and diagram.parameter != "slope":
-        facts.append(f"slope {math.degrees(values['slope']):.4g} deg")
-    if "friction" in values and diagram.parameter != "friction":
-        friction = values["friction"]
-        facts.append(rf"friction $\mu$ = {friction:.4g}" if math.isfinite(friction) else "infinite friction")
-    for name, value in getattr(diagram, "targets", {}).items():
-        facts.append(f"{name.replace('_', ' ')} {value:.4g} {'m/s' if name == 'speed' else 'm'}")
-    letters = int(LETTERS_PER_INCH * (width - AXIS_WIDTH))
-    text = ", ".join(fact.replace(" ", NO_BREAK) for fact in facts)
-    changes = _describe_changes(diagram, min(LINE, letters))
-    return textwrap.fill(text, letters).replace(NO_BREAK, " ") + (f"\n{changes}" if changes else "")
+    facts = [
+        f"{name.replace('_', ' ')} {value:.4g} {'m/s' if name == 'speed' else 'm'}"
+        for name, value in getattr(diagram, "targets", {}).items()
+    ]
+    return describe_model(diagram.robot, diagram.parameters, width, varied={diagram.parameter, *varied}, facts=facts)
 
 
-def _describe_changes(diagram: "BranchDiagram | OptimalDiagram", letters: int) -> str:
-    """Return the parameters of a robot of the catalogue that are not the defaults, in lines; their number if many."""
-    try:
-        robot = robot_named(diagram.robot)
-    except InputError:  # a custom robot
-        return ""
-    changed = [
-        each
-        for each in robot.parameters
-        if each.name not in ("slope", "friction", diagram.parameter)
-        and not math.isclose(diagram.parameters.get(each.name, each.default), each.default, rel_tol=1e-12)
-    ]
-    units = ["" if each.unit == "1" else show_unit(each.unit) for each in changed]
-    changes = [
-        f"{each.name.replace('_', ' ')} {diagram.parameters[each.name]:.4g} {unit}"
-        for each, unit in zip(changed, units, strict=True)
-    ]
-    text = ", ".join(change.rstrip().replace(" ", NO_BREAK) for change in changes)
-    lines = textwrap.wrap(text, letters)
-    if len(lines) > MOST_LINES:
-        return f"{len(changes)} parameters are not the defaults"
-    return "\n".join(lines).replace(NO_BREAK, " ")
+def add_titled_legend(
+    figure: "Figure", handles: Sequence[Any], labels: Sequence[str], title: str, style: FigureStyle, *, columns: int = 4
+) -> None:
+    """Add a legend below the title of a figure, which is extended by their height."""
+    legend = add_page_legend(
+        figure, handles, labels, columns=columns, width=style.width, loc="outside upper center", title=title
+    )
+    legend.get_title().set_multialignment("center")
+    extend_page(figure, legend, style.tallest)
 
 
 def angle_symbol_of(coordinate: str) -> str:
@@ -313,7 +297,7 @@ def _piece_style(branch: GaitBranch, sequence: str, stable: bool, colors: Colors
 def _list_marks(
     diagram: BranchDiagram, branch: GaitBranch, number: int, shown: tuple[int, float], size: float, line: Array
 ) -> list[SpecialMark]:
-    """Return the markers of the special points of a branch.
+    """Return the markers of the special points of a branch, and of ends at which its trace was interrupted.
 
     The coordinate that is shown is given by its number and the factor to its unit.
     """
@@ -325,6 +309,12 @@ def _list_marks(
         places = np.column_stack([np.full(heights.size, value), heights])
         marker = MARKERS.get(point.label, "x")
         marks.append(SpecialMark(branch=number, label=point.label, marker=marker, size=size, places=places, line=line))
+    for gait, reason in ((0, branch.begin), (-1, branch.end)):
+        if reason == INTERRUPTED:
+            heights = factor * branch.orbits[gait, :, place]
+            places = np.column_stack([np.full(heights.size, line[gait, 0]), heights])
+            look: dict[str, Any] = {"label": INTERRUPTED, "marker": MARKERS[INTERRUPTED], "size": MARKER}
+            marks.append(SpecialMark(branch=number, places=places, line=line, **look))
     return marks
 
 

@@ -43,7 +43,7 @@ THIN = 0.04
 LEAST_ROWS, MOST_ROWS, RATIO = 4, 6, 2.0
 """Rows that leave space for the bars' legend, rows that the bars extend over, width of the rows to that of the bars."""
 
-MOST_LABELS, LABEL_LINES, LABEL_WIDTH, NUMBER_WIDTH, AXIS_WIDTH, AXIS_SPACE = 3, 6, 0.8, 0.55, 0.6, 0.4
+MOST_LABELS, LABEL_LINES, LABEL_WIDTH, NUMBER_WIDTH, AXIS_WIDTH, AXIS_SPACE = 3, 6, 0.8, 0.55, 0.6, 0.5
 """Bars with labels below them, and lines of such a label; widths of one, of the number above a bar, of an axis with
 label and numbers, and of one with numbers [inch]."""
 
@@ -113,7 +113,7 @@ def plot_comparison(comparison: Comparison, *, style: FigureStyle | None = None)
         grid, place = _divide_page(figure, len(rows), above, narrow=narrow)
         letter = LETTER_SHARE * (style.font_size - 0.5) / 72
         places = grid[0].subgridspec(-(-len(rows) // columns), columns)
-        axes = _draw_rows(figure, places, rows, comparison, int((style.width / 2 - AXIS_SPACE) / letter))
+        axes = _draw_rows(figure, places, rows, comparison, int((style.width / columns - AXIS_SPACE) / letter))
         handles, labels = axes[0].get_legend_handles_labels()
         legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
         more = max(legend.get_window_extent().height / figure.dpi - KEY_HEIGHT, 0.0)
@@ -193,7 +193,7 @@ def _draw_rows(figure: "Figure", grid: Any, rows: list[Row], comparison: Compari
             axes.set_title(title.replace(NO_BREAK, " "), loc="left", pad=2)
         axes.tick_params(labelbottom=row == grid.nrows - 1)
         if row == grid.nrows - 1:
-            axes.set_xlabel("fraction of the step [%]")
+            axes.set_xlabel("fraction of the step [%]" if grid.ncols == 1 else "step [%]")
     drawn[0].set_xlim(0, 100)
     if grid.ncols == 1:
         figure.align_ylabels(drawn)

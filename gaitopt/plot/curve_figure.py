@@ -7,7 +7,7 @@ from gaitopt.continuation.branch_diagram import BranchDiagram, name_sides
 from gaitopt.continuation.special_curve import SpecialCurve
 from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
-from gaitopt.plot.legends import add_page_legend, extend_page
+from gaitopt.plot.branch_figure import add_titled_legend, describe_diagram
 from gaitopt.plot.style import FigureStyle, line_style
 
 if TYPE_CHECKING:
@@ -64,10 +64,8 @@ def plot_curves(diagram: BranchDiagram, *, style: FigureStyle | None = None) -> 
         entries = dict(zip(labels, handles, strict=True))
         if CODIMENSION_TWO in entries:  # after all curves
             entries[CODIMENSION_TWO] = entries.pop(CODIMENSION_TWO)
-        legend = add_page_legend(
-            figure, list(entries.values()), list(entries), columns=1, width=style.width, loc="outside upper left"
-        )
-        extend_page(figure, legend, style.tallest)
+        title = describe_diagram(diagram, style.width, shown.parameters) * style.titled
+        add_titled_legend(figure, list(entries.values()), list(entries), title, style, columns=1)
     return figure
 
 

@@ -15,6 +15,7 @@ from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.plot import panels
 from gaitopt.plot.gait_title import TITLE_LINES, describe_gait
 from gaitopt.plot.impulse_marks import widen_legend_space
+from gaitopt.plot.instant_labels import TALLEST
 from gaitopt.plot.legends import add_inner_legend, add_page_legend, wrap_lines
 from gaitopt.plot.literal_text import finish_texts
 from gaitopt.plot.mode_bar import draw_mode_bar
@@ -32,6 +33,9 @@ HEIGHT, TITLE_HEIGHT, WARNING_HEIGHT = 8.6, 1.6, 0.65
 NARROW_HEIGHT, FEW_INSTANTS, FEW_TICKS = 6.5, 5, 3
 """Of a column, which has no enlargements, fewer stick figures, and legends above their panels."""
 
+CROWDED_STICKS = 1.25
+"""Largest height of the stick figures above many panels of a column [inch]."""
+
 TICK_STEPS = [1, 1.5, 2, 3, 4, 6, 8, 10]
 """Distances of ticks of which one always gives three ticks in a symmetric range of a column."""
 
@@ -42,7 +46,7 @@ title [inch]."""
 WARNING_LINES = 2
 """Number of lines that fit in the height of the warning."""
 
-EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.79, 0.62, 0.25
+EXTRA_ROW, NARROW_ROW, LEAST_ROW, NARROW_KEY = 1.45, 0.79, 0.6, 0.25
 """Height of each panel beyond four; largest and least height of a panel of a column with a key above it that has the
 last height [inch]."""
 
@@ -108,9 +112,9 @@ def plot_gait(gait: AnyGait, *, title: str | None = None, style: FigureStyle | N
     ----------
     gait : Gait or PlanarGait
     title : str, optional
-        First line of the title; by default the name of the problem.  The second line is the contact sequence, without
-        its last phases if it is longer than the figure allows, the third one the minimised objective and further
-        numbers that have space; speed and step length have another line if necessary.
+        First line of the title; by default the name of the problem.  Below is the contact sequence, without
+        its last phases if it is longer than two lines, then the minimised objective and further numbers that have
+        space; speed, step length and friction have another line if necessary.
     style : FigureStyle, optional
         Such as ``FigureStyle(width=3.5, titled=False)`` for a column of a journal, which has no space for enlargements.
 
@@ -192,7 +196,8 @@ def _draw_figure(view: MotionView | None, title: str, style: FigureStyle, failed
         if warned:
             _warn(figure.add_subplot(grid[0], label="warning"), warning)
         if view is not None:
-            stick_height = _draw_top(figure.add_subplot(grid[-2], label="stick figures"), view, style.width)
+            top = figure.add_subplot(grid[-2], label="stick figures")
+            stick_height = _draw_top(top, view, style.width, CROWDED_STICKS if crowded else TALLEST)
             if style.width < NARROW:
                 height = min(above + box + stick_height + _draw_column(figure, grid[-1], view), style.tallest)
                 figure.set_figheight(height)
@@ -227,11 +232,11 @@ def _warn(axes: "Axes", text: str) -> None:
     axes.axis("off")
 
 
-def _draw_top(axes: "Axes", motion: MotionView, width: float) -> float:
-    """Draw the stick figures; return the height they need to fill the width [inch]."""
-    draw_stick_figures(axes, motion, FEW_INSTANTS if width < NARROW else INSTANTS)
+def _draw_top(axes: "Axes", motion: MotionView, width: float, tallest: float) -> float:
+    """Draw the stick figures; return the height they need to fill the width, up to the largest one [inch]."""
+    draw_stick_figures(axes, motion, FEW_INSTANTS if width < NARROW else INSTANTS, tallest=tallest)
     shape = np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())
-    return float(np.clip(width * shape, 1.0, 2.4))
+    return float(np.clip(width * shape, 1.0, tallest))
 
 
 def _draw_column(figure: "Figure", place: Any, view: MotionView) -> float:

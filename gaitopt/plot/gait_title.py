@@ -1,5 +1,6 @@
 """The title of the figure of a gait."""
 
+import itertools
 from collections.abc import Collection, Mapping
 from typing import Any
 
@@ -10,17 +11,18 @@ from gaitopt.motion.planar_gait import AnyGait
 from gaitopt.motion.quantity_labels import show_unit
 from gaitopt.plot.legends import NO_BREAK, shorten_sequence, wrap_lines, wrap_text
 
-TITLE_LINES = 3
-"""Number of lines that fit in the title."""
+TITLE_LINES, SEQUENCE_LINES = 3, 2
+"""Number of lines for which the title has space, beyond which figures are higher, and largest one of the contact
+sequence."""
 
-ALWAYS_STATED = ("speed ", "step length ")
+ALWAYS_STATED = ("speed ", "step length ", "friction ", "infinite friction")
 """Beginnings of facts that are stated also if they need another line."""
 
 
 def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
-    r"""Return the title: a line each for the name, the contact sequence, and the main numbers that fit in it.
+    r"""Return the title: the name, the contact sequence in one or two lines, and the main numbers that fit in a line.
 
-    Speed and step length have a further line if they do not fit in it.
+    Speed, step length and friction have a further line if they do not fit in it.
 
     Parameters
     ----------
@@ -41,31 +43,53 @@ def describe_gait(gait: AnyGait, title: str | None, letters: int) -> str:
     """
     name = gait.problem.get("name", "gait")
     first = wrap_lines(title or (gait.robot_name.replace("_", " ") if name == "gait" else name), letters)
-    lines = max(TITLE_LINES - 2 - first.count("\n"), 1)
-    texts = _describe_sequence(gait)
-    second = next((text for text in texts if wrap_text(text, letters).count("\n") < lines), texts[-1])
-    settings = "" if title else list_settings(gait.problem.get("script"), letters)
+    texts = [wrap_text(text, letters) for text in _describe_sequence(gait)]
+    short = next((text for text in texts if text.count("\n") < SEQUENCE_LINES), texts[-1])
+    second = next((text for text in texts[:2] if "\n" not in text), short)  # those with the slope
+    settings = "" if title else list_settings(gait.problem.get("script"), letters, _find_repetitions(gait))
     return f"{first}\n{second}\n{_join_facts(_list_facts(gait), letters)}{settings}"
 
 
+def _find_repetitions(gait: AnyGait) -> set[str]:
+    """Return the parameters of the script of a gait that its title states otherwise: friction and contact sequence."""
+    parameters = (gait.problem.get("script") or {}).get("parameters", {})
+    stated = {"friction": gait.motion.parameters["friction"], "sequence": str(gait.sequence)}
+    return {name for name, value in stated.items() if parameters.get(name) == value}
+
+
 def _join_facts(facts: list[str], letters: int) -> str:
-    """Return facts in a line, those that do not fit left out; speed and step length have further lines if necessary.
+    """Return facts in a line, those that do not fit left out.
+
+    Speed, step length and friction have further lines if necessary, which are about equally long.
 
     Examples
     --------
     >>> facts = ["cost of transport 0.1", "speed 1 m/s", "step length 0.5 m", "infinite friction"]
-    >>> print(_join_facts(facts, 40))
+    >>> print(_join_facts(facts, 60))
     cost of transport 0.1, speed 1 m/s
     step length 0.5 m, infinite friction
     """
-    lines = [facts[0]]
+    kept, lines, length = [facts[0]], 1, _count_letters(facts[0])
     for fact in facts[1:]:
-        joined = f"{lines[-1]}, {fact}"
-        if len(joined) <= letters:
-            lines[-1] = joined
-        elif fact.startswith(ALWAYS_STATED):
-            lines.append(fact)
-    return "\n".join(lines)
+        more = _count_letters(f", {fact}")
+        if length + more > letters and not fact.startswith(ALWAYS_STATED):
+            continue
+        lines, length = (lines, length + more) if length + more <= letters else (lines + 1, more - 2)
+        kept.append(fact)
+    divisions = itertools.combinations(range(1, len(kept)), lines - 1)
+    texts = ([", ".join(kept[i:j]) for i, j in itertools.pairwise((0, *places, len(kept)))] for places in divisions)
+    return "\n".join(min(texts, key=lambda lines: sorted(map(_count_letters, lines), reverse=True)))
+
+
+def _count_letters(text: str) -> int:
+    r"""Return the number of letters that are drawn, of which a symbol is one.
+
+    Examples
+    --------
+    >>> _count_letters(r"$\mu$ = 1")
+    5
+    """
+    return len(text.replace(r"$\mu$", "m"))
 
 
 def list_settings(script: Mapping[str, Any] | None, letters: int, stated: Collection[str] = ()) -> str:

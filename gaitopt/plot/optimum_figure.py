@@ -12,8 +12,15 @@ from gaitopt.errors import InputError
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import label_quantity
 from gaitopt.ocp.statement.objective_names import OBJECTIVES
-from gaitopt.plot.branch_figure import LARGEST_RADIUS, describe_diagram, find_top, state_coincidence
-from gaitopt.plot.legends import add_page_legend, extend_page
+from gaitopt.plot.branch_figure import (
+    INTERRUPTED,
+    LARGEST_RADIUS,
+    MARKERS,
+    add_titled_legend,
+    describe_diagram,
+    find_top,
+    state_coincidence,
+)
 from gaitopt.plot.special_marks import SpecialMark, draw_special_marks
 from gaitopt.plot.style import FigureStyle, line_style
 
@@ -72,8 +79,6 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
     colors = {name: line_style(number)["color"] for number, name in enumerate(names)}
     with style.figure(5.2) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
-        if style.titled:
-            upper.set_title(describe_diagram(diagram, style.width), loc="left", fontsize="medium")
         for branch in diagram.branches:
             _draw(upper, lower, branch, colors[branch.sequence], angular=angular)
         marks = (_list_marks(branch, number, angular=angular) for number, branch in enumerate(diagram.branches))
@@ -92,8 +97,7 @@ def plot_optima(diagram: OptimalDiagram, *, style: FigureStyle | None = None) ->
         factor = math.degrees(1) if angular else 1.0
         lines = [[np.column_stack([factor * branch.values, branch.costs])] for branch in diagram.branches]
         state_coincidence(upper, lines, handles, labels)
-        legend = add_page_legend(figure, handles, labels, columns=4, width=style.width, loc="outside upper left")
-        extend_page(figure, legend, style.tallest)
+        add_titled_legend(figure, handles, labels, describe_diagram(diagram, style.width) * style.titled, style)
     return figure
 
 
@@ -110,20 +114,22 @@ def _draw(upper: "Axes", lower: "Axes", branch: OptimalBranch, color: Any, *, an
 
 
 def _list_marks(branch: OptimalBranch, number: int, *, angular: bool) -> list[SpecialMark]:
-    """Return the markers of the special points of a branch."""
+    """Return the markers of the special points of a branch, and of an end at which its trace was interrupted."""
     factor = math.degrees(1) if angular else 1.0
     line = np.column_stack([factor * branch.values, branch.costs])
-    return [
+    look: dict[str, Any] = {"branch": number, "size": MARKER, "line": line}
+    marks = [
         SpecialMark(
-            branch=number,
             label=point.label,
             marker=SPECIAL_MARKERS.get(point.kind, "x"),
-            size=MARKER,
             places=np.array([[factor * point.value, point.cost]]),
-            line=line,
+            **look,
         )
         for point in branch.special
     ]
+    if branch.end == INTERRUPTED and branch.values.size:
+        marks.append(SpecialMark(label=INTERRUPTED, marker=MARKERS[INTERRUPTED], places=line[-1:], **look))
+    return marks
 
 
 def _pieces(branch: OptimalBranch) -> list[tuple[Array, Array, bool]]:

@@ -16,7 +16,16 @@ from gaitopt.plot.impulse_marks import draw_actuator_impulses
 from gaitopt.plot.interpolation import interpolate_samples
 from gaitopt.plot.legends import NO_BREAK
 from gaitopt.plot.slip_shading import shade_slips
-from gaitopt.plot.style import LIMIT, MODE_INK, NARROW, angle_symbol, foot_line_style, line_style, root_figure
+from gaitopt.plot.style import (
+    LIMIT,
+    MODE_INK,
+    NARROW,
+    angle_symbol,
+    foot_line_style,
+    line_style,
+    panel_styles,
+    root_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -190,10 +199,11 @@ def enlarge(
 def _draw_coordinates(axes: "Axes", view: MotionView, unit: str, factor: float) -> None:
     """Draw the coordinates of a unit, and the joint stops that have it: levels, or gaps that fall to zero."""
     numbers, rows = _number_channels(view), view.channels(unit)
-    for row, channel in rows:
+    styles = panel_styles([numbers[channel.name] for _, channel in rows])
+    for (row, channel), style in zip(rows, styles, strict=True):
         parts = [interpolate_samples(part.time, factor * part.q[row], factor * part.v[row]) for part in view.segments]
         time, values = (join_segments(each) for each in zip(*parts, strict=True))
-        axes.plot(time, values, label=angle_symbol(channel.name), **line_style(numbers[channel.name]))
+        axes.plot(time, values, label=angle_symbol(channel.name), **style)
     stops = [(i, contact) for i, contact in enumerate(view.contacts) if contact.is_stop and contact.unit == unit]
     levels = set()
     for number, (i, contact) in enumerate(stops):
@@ -211,9 +221,9 @@ def _draw_actuators(axes: "Axes", view: MotionView, unit: str) -> None:
     """Draw the torques or forces of actuators with their limits, and the impulses of these actuators at impacts."""
     numbers = _number_channels(view)
     chosen = [(row, channel.name) for row, channel in enumerate(view.actuators) if channel.unit == unit]
-    for row, name in chosen:
+    for (row, name), style in zip(chosen, panel_styles([numbers[name] for _, name in chosen]), strict=True):
         values = [part.torque[row] for part in view.segments]
-        _draw_line(axes, view, values, label=angle_symbol(name), **line_style(numbers[name]))
+        _draw_line(axes, view, values, label=angle_symbol(name), **style)
     _draw_limits(axes, view, chosen, unit)
     draw_actuator_impulses(axes, view, {row: numbers[name] for row, name in chosen}, unit)
 

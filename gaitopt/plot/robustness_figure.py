@@ -32,8 +32,11 @@ NARROW_NAMES = {"friction patch": "loss of friction"}
 OPEN_LOOP = "open loop"
 """Name of the recovery in open loop."""
 
-CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": "0.15", "markersize": 4}
-"""Style of the mark of the smallest disturbance that the gait does not survive."""
+CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": "0.15", "markersize": 4, "clip_on": False}
+"""Style of the mark of the smallest disturbance that the gait does not survive, which may be at the end of the axis."""
+
+COLUMN_SPACE = 0.06
+"""Space between two axes of disturbances over the width of one, which separates the numbers at their ends."""
 
 
 @check_arguments
@@ -84,6 +87,7 @@ def plot_robustness(
     with style.figure(sum(heights) + 0.5) as figure:
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
         inner = grid[0].subgridspec(max(rows, 1), COLUMNS if len(kinds) > 1 else 1)
+        figure.get_layout_engine().set(wspace=COLUMN_SPACE)  # type: ignore[union-attr, call-arg]
         names = NARROW_NAMES if narrow else NAMES
         for number, kind in enumerate(kinds):
             axes = figure.add_subplot(inner[number % rows, number // rows], label=kind)
@@ -150,20 +154,26 @@ def _draw_kind(axes: "Axes", kind: str, name: str, tests: Mapping[str, Robustnes
         color = line_style(number)["color"]
         if margin is None:
             axes.barh(number, 0.0, 0.7, color=color)
-            axes.annotate(
-                "not tested", (0, number), (2, 0), textcoords="offset points", va="center", color="0.4", size="small"
-            )
+            _state_empty_bar(axes, number, "not tested")
             continue
         unit = margin.unit
         survived = float(in_shown_unit(np.array(margin.survived), unit))
         failed = None if margin.failed is None else float(in_shown_unit(np.array(margin.failed), unit))
         axes.barh(number, survived, 0.7, color=color)
         if failed is not None:
-            axes.plot([failed], [number], **CROSS)
+            axes.plot([failed], [number], **CROSS, zorder=3)
+        elif not survived:
+            _state_empty_bar(axes, number, "none survived")
         largest = max(largest, survived, failed or 0.0)
     axes.set_title(label_quantity(name, unit), loc="left", pad=3)
     axes.set(ylim=(len(tests) - 0.5, -0.5), yticks=[], xlim=(0, 1.08 * largest if largest else 1.0))
     axes.grid(visible=False, axis="y")
+
+
+def _state_empty_bar(axes: "Axes", number: int, text: str) -> None:
+    """State in the place of a bar why it is empty."""
+    place: dict[str, Any] = {"textcoords": "offset points", "va": "center", "color": "0.4", "size": "small"}
+    axes.annotate(text, (0, number), (2, 0), **place)
 
 
 def _draw_returns(axes: "Axes", returns: Mapping[str, tuple[Recovery, dict[str, Any]]]) -> None:

@@ -30,6 +30,9 @@ REACH, DISTANCE, SAME = 0.75, 1.2, 0.5
 different branches that are one point [pixel]."""
 
 
+LETTER = 1.6
+"""Size of a marker that is a letter over that of others."""
+
 LEADER = 0.6
 """Width of the line from a point to a marker beside it [pt]."""
 
@@ -101,25 +104,47 @@ def draw_special_marks(axes: "Axes", marks: Sequence[SpecialMark]) -> None:
         offset = number * DISTANCE * mark.size / 72
         aside = (offset, 0.0) if _is_steep(axes, mark) else (0.0, offset)
         shift = ScaledTranslation(*aside, figure.dpi_scale_trans)
-        fill: dict[str, Any] = {} if mark.marker in LINES_ONLY else {"markerfacecolor": "white"}
         axes.plot(
             *mark.places.T,
-            linestyle="none",
-            marker=mark.marker,
-            markersize=mark.size,
-            color="0.15",
-            markeredgewidth=mark.size / MARKER,
             zorder=ABOVE_MARKERS - 1,
             label=mark.label,
             transform=axes.transData + shift if number else axes.transData,
             clip_on=not number,
-            **fill,
+            **_look_of(mark),
         )
         if number:
             arrow = {"arrowstyle": "-", "color": "0.15", "linewidth": LEADER, "shrinkA": 0, "shrinkB": 0}
             points = (72 * aside[0], 72 * aside[1])
             for place in mark.places:
                 axes.annotate("", place, points, textcoords="offset points", arrowprops=arrow, zorder=ABOVE_MARKERS - 2)
+
+
+def explain_marker_sizes(marks: Sequence[SpecialMark], handles: list[Any], labels: list[str]) -> None:
+    """Add an entry to a legend on the reason of small markers, if there are any.
+
+    Parameters
+    ----------
+    marks : sequence of SpecialMark
+    handles, labels : list
+        Entries of the legend, which are extended.
+    """
+    from matplotlib.lines import Line2D
+
+    small = [mark for mark in marks if mark.size < MARKER]
+    if small:
+        longer = all(len(mark.places) > 1 for mark in small)
+        largest = max(small, key=lambda mark: mark.size)
+        handles.append(Line2D([], [], **_look_of(largest)))
+        labels.append(f"smaller: {'longer periods' if longer else 'short branches'}")
+
+
+def _look_of(mark: SpecialMark) -> dict[str, Any]:
+    """Return the style of a marker; letters have no edge."""
+    look: dict[str, Any] = {"linestyle": "none", "marker": mark.marker, "markersize": mark.size, "color": "0.15"}
+    if isinstance(mark.marker, str) and mark.marker.startswith("$"):
+        return look | {"markersize": LETTER * mark.size, "markeredgewidth": 0}
+    fill = {} if mark.marker in LINES_ONLY else {"markerfacecolor": "white"}
+    return look | {"markeredgewidth": mark.size / MARKER} | fill
 
 
 def _arrange(axes: "Axes", marks: Sequence[SpecialMark]) -> list[int]:

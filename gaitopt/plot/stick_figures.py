@@ -76,7 +76,7 @@ def choose_instants(motion: AnyMotion, count: int = INSTANTS) -> list[MotionSamp
     return list(dict.fromkeys(samples))
 
 
-def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -> None:
+def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS, *, tallest: float = TALLEST) -> None:
     """Draw a step as a row of stick figures on its slope, with contact forces, times, and slides of the stance foot.
 
     Forces have a smaller scale if one would extend above the walker.
@@ -88,6 +88,8 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
         Its points must be finite.
     count : int
         How many figures.
+    tallest : float [inch]
+        Largest height of the row, in which the times below the figures do not overlap.
     """
     motion = view_motion(motion)
     instants = choose_instants(motion, count)
@@ -99,7 +101,7 @@ def draw_stick_figures(axes: "Axes", motion: AnyMotion, count: int = INSTANTS) -
     cones = [find_cone_ends(motion, instant.segment, instant.sample, height=unit) for instant in instants]
     tops = [find_force_top(motion, instant.segment, instant.sample, height=unit) for instant in instants]
     top = max(*tops, *(float(np.max(figure[1])) for figure in figures))  # above the figures in a jump
-    spacing = max(_spacing(figures, cones), estimate_time_width(instants) / TALLEST * top)
+    spacing = max(_spacing(figures, cones), estimate_time_width(instants) / tallest * top)
     shifts = spacing * np.arange(len(instants), dtype=float)
     for instant, shift in zip(instants, shifts, strict=True):
         draw_contact_forces(axes, motion, instant.segment, instant.sample, shift=shift, height=unit)

@@ -1,7 +1,7 @@
 """Colours, line styles and sizes of all drawings; the global settings of matplotlib are unchanged."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -280,3 +280,27 @@ def angle_symbol(name: str) -> str:
         return name.replace("_", " ")
     index = match[1] or match[2]
     return rf"$\theta_{{{index}}}$" if index else r"$\theta$"
+
+
+def panel_styles(numbers: Sequence[int]) -> list[dict[str, Any]]:
+    """Return the styles of the lines of a panel by their numbers, with other dashes for those that repeat.
+
+    Colours, which a line has in all figures, remain.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Number of each line, from 0.
+
+    Examples
+    --------
+    >>> [style["linestyle"] for style in panel_styles([1, 5, 6])]
+    [(0, (5, 1.5)), '-', (0, (5, 1.5, 1, 1.5))]
+    """
+    styles: list[dict[str, Any]] = []
+    for number in numbers:
+        style, taken = line_style(number), [each["linestyle"] for each in styles]
+        if style["linestyle"] in taken:
+            style["linestyle"] = next((dashes for dashes in DASHES if dashes not in taken), style["linestyle"])
+        styles.append(style)
+    return styles

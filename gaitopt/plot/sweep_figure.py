@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Transform
 
 HEIGHT, MAP_HEIGHT, EDGES_HEIGHT = 3.4, 2.8, 1.0
 """Heights of a figure over one parameter, of a map over two, and of its legend and axis labels [inch]."""
@@ -37,6 +38,9 @@ FAILURE_ROW = 0.07
 
 RADIUS, LIMIT_LABEL = "spectral_radius", "stability limit"
 """Variable of the spectral radius, and label of its limit 1."""
+
+LINEAR_RADIUS = 20.0
+"""Largest spectral radius on a linear axis, on which smaller ones can be distinguished from the stability limit."""
 
 LEAST_SPREAD = 1e-6
 """Relative difference of values below which they are shown as equal."""
@@ -221,8 +225,11 @@ def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: Fi
             axes.plot(across[best], row[best], "o", color=line["color"], markersize=5.5, label="_lowest")
         if drawn.is_radius:
             axes.axhline(1, label=LIMIT_LABEL, **LIMIT_LOOK)
-        axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
-        begin_at_zero(axes)
+        if drawn.is_radius and _needs_decades(values):
+            axes.set_yscale("log")
+        else:
+            axes.set_ylim(*_shown_range(values, *axes.get_ylim()))
+            begin_at_zero(axes)
         failed = _mark_failures(axes, across, values[shown])
         axes.set(xlabel=label_quantity(name, unit), ylabel=drawn.label)
         handles, labels = axes.get_legend_handles_labels()
@@ -237,6 +244,11 @@ def _draw_lines(table: "xr.Dataset", name: str, drawn: _DrawnQuantity, style: Fi
         legend = add_page_legend(figure, handles, labels, columns=3, width=style.width, **place)
         legend.get_title().set_multialignment("center")
     return figure
+
+
+def _needs_decades(radii: Array) -> bool:
+    """Return whether an axis of spectral radii is logarithmic, on a linear one of which radii near 1 would coincide."""
+    return bool(np.nanmin(radii) > 0 and np.nanmax(radii) > LINEAR_RADIUS)
 
 
 def _name_lowest(table: "xr.Dataset") -> str:
@@ -270,15 +282,23 @@ def _mark_failures(axes: "Axes", across: Array, values: Array) -> bool:
     if incomplete.size > MOST_ROWS:
         failed, colours = np.array([failed.all(axis=0)]), ["0.3"]
         incomplete = np.flatnonzero(failed.any(axis=1))
+    transform = axes.yaxis.get_transform()  # logarithmic axes have rows of equal height, too
     low, high = axes.get_ylim()
-    axes.set_ylim(low - FAILURE_ROW * (high - low) * incomplete.size, high)
+    begin, end = transform.transform(np.array([low, high]))
+    row_height = FAILURE_ROW * (end - begin)
+    axes.set_ylim(_invert(transform, begin - row_height * incomplete.size), high)
     for row, number in enumerate(incomplete):
         places = across[failed[number]]
-        height = np.full(places.size, low - FAILURE_ROW * (high - low) * (row + 0.4))
+        height = np.full(places.size, _invert(transform, begin - row_height * (row + 0.4)))
         axes.plot(places, height, "x", color=colours[number], markersize=4, label="_failure", clip_on=False)
     if low == 0 and incomplete.size:  # the axis is extended for the crosses only
         axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= high])
     return bool(incomplete.size)
+
+
+def _invert(transform: "Transform", place: float) -> float:
+    """Return the value at a place of an axis."""
+    return float(transform.inverted().transform(np.array([place]))[0])
 
 
 def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, style: FigureStyle) -> "Figure":
@@ -315,10 +335,9 @@ def _draw_maps(table: "xr.Dataset", names: list[str], drawn: _DrawnQuantity, sty
             figure.suptitle(drawn.title, fontsize=style.font_size)
         for axes in panels:
             axes.grid(visible=False)
+            axes.set(xlabel=label_quantity(names[0], units[0]), ylabel=label_quantity(names[1], units[1]))
             axes.label_outer()
         _mark_cells(panels[0], across, upward)  # the panels share their axes
-        figure.supxlabel(label_quantity(names[0], units[0]), fontsize=style.font_size)
-        figure.supylabel(label_quantity(names[1], units[1]), fontsize=style.font_size)
     return figure
 
 

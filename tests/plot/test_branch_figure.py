@@ -87,6 +87,21 @@ def test_markers_are_smaller_where_special_points_are_closer(diagram):
     assert list(sizes) == sorted(sizes)
     assert list(sizes.values()) == sorted(sizes.values(), reverse=True)
     assert sizes[1] >= 1.9 * sizes[8]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[-2:] == ["period doubling", "smaller: longer periods"]
+    large, small = figure.legends[0].legend_handles[-2:]
+    assert small.get_markersize() < large.get_markersize()
+
+
+@pytest.mark.parametrize("width", [7.2, 3.5])
+def test_the_end_of_an_interrupted_branch_is_marked(diagram, width):
+    cut = take_gaits(diagram.branches[1], slice(0, 8), end="interrupted")
+    branches = (*diagram.branches[:1], cut)
+    figure = plot_branches(replace(diagram, branches=branches), style=FigureStyle(width=width))
+    (mark,) = [line for line in figure.axes[0].lines if line.get_label() == "interrupted"]
+    np.testing.assert_allclose(mark.get_xdata(), np.degrees(cut.values[-1]))
+    np.testing.assert_allclose(mark.get_ydata(), np.degrees(cut.orbits[-1, :, 0]))
+    check_texts(figure)
 
 
 def take_gaits(branch, chosen, **changes):
@@ -175,11 +190,12 @@ def test_markers_are_small_on_short_branches():
 def test_a_title_has_four_lines_and_counts_further_parameters(diagram):
     lasts = {
         7.2: "hip mass 10 kg, gravity 9.81 m/s²",
-        3.5: "gravity 9.81 m/s²",
-        2.5: "5 parameters are not the defaults",
+        3.5: "hip mass 10 kg, gravity 9.81 m/s²",
+        2.0: "5 parameters are not the defaults",
     }
     for width, last in lasts.items():
-        title = plot_branches(diagram, style=FigureStyle(width=width)).axes[0].get_title(loc="left").splitlines()
+        figure = plot_branches(diagram, style=FigureStyle(width=width))
+        title = figure.legends[0].get_title().get_text().splitlines()
         assert len(title) <= 4
         assert title[-1] == last
 

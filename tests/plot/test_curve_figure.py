@@ -30,6 +30,11 @@ def curve(kind, values, before, after, **fields):
     )
 
 
+def title_of(figure):
+    """Return the title of a figure, which is above its legend."""
+    return figure.legends[0].get_title().get_text()
+
+
 def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(diagram):
     onset = curve(SpecialKind.SLIP_ONSET, [[0.2, 0.1], [0.3, 0.2]], "stick | stick", "slip+ stick | stick")
     cone = curve(
@@ -43,6 +48,9 @@ def test_each_curve_is_drawn_with_its_change_and_its_points_of_codimension_two(d
     drawn = lines["slip onset: stick | stick \N{RIGHTWARDS ARROW} slip+ stick | stick"]
     np.testing.assert_allclose(drawn.get_xydata(), [[np.degrees(0.1), 0.2], [np.degrees(0.2), 0.3]])
     np.testing.assert_allclose(lines["codimension two"].get_xydata(), [[np.degrees(0.15), 0.2]])
+    title = title_of(figure)
+    assert title.startswith("compass biped\nleg length 1 m")
+    assert "friction" not in title  # of an axis
 
 
 def test_a_file_states_the_points_of_codimension_two_and_an_earlier_one_only_the_reasons():
@@ -130,7 +138,7 @@ def test_the_legend_of_branches_has_unstable_gaits_only_if_one_is_drawn(diagram)
 def test_the_title_of_branches_states_changed_parameters(diagram):
     default = {each.name: each.default for each in compass_biped().parameters}
     titles = [
-        plot_branches(replace(diagram, parameters=diagram.parameters | default | changes)).axes[0].get_title(loc="left")
+        title_of(plot_branches(replace(diagram, parameters=diagram.parameters | default | changes)))
         for changes in (
             {"friction": math.inf},
             {"friction": math.inf, "hip_mass": 14.0, "leg_length": 0.9},
@@ -140,6 +148,6 @@ def test_the_title_of_branches_states_changed_parameters(diagram):
     assert titles[0] == "compass biped, infinite friction"
     assert titles[1] == "compass biped, infinite friction\nleg length 0.9 m, hip mass 14 kg"
     assert titles[2] == "compass biped, infinite friction\ngravity 1.62 m/s\N{SUPERSCRIPT TWO}"
-    lines = plot_branches(diagram).axes[0].get_title(loc="left").splitlines()
+    lines = title_of(plot_branches(diagram)).splitlines()
     assert (len(lines), max(map(len, lines)) <= 58) == (3, True)
     assert "leg mass 5 kg" in lines[1]

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from gaitopt import FigureStyle, InputError, Mode, plot_gait, save_figure
+from gaitopt.plot.style import line_style, panel_styles
 
 COLUMN = FigureStyle(width=3.5, font_size=8, titled=False)
 
@@ -56,3 +57,11 @@ def test_the_style_holds_inside_its_context_only():
 def test_sizes_that_cannot_be(size):
     with pytest.raises(InputError, match="width must be"):
         FigureStyle(width=size)
+
+
+def test_lines_of_a_panel_have_different_dashes_and_their_colours():
+    numbers = [1, 5, 6, 4, 0]
+    styles = panel_styles(numbers)
+    assert len({str(style["linestyle"]) for style in styles}) == len(numbers)
+    assert [style["color"] for style in styles] == [line_style(number)["color"] for number in numbers]
+    assert styles[:2] == [line_style(1), line_style(5)]

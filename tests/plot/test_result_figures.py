@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.patches import Patch
 from matplotlib.text import Text
 
 from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
@@ -323,17 +324,17 @@ def test_the_title_of_optima_states_robot_and_fixed_parameters_as_that_of_branch
         ends=(0.1, 0.2),
         branches=(branch,),
     )
-    assert plot_optima(diagram).axes[0].get_title(loc="left") == "compass biped, slope 2 deg\nleg mass 5 kg"
+    assert plot_optima(diagram).legends[0].get_title().get_text() == "compass biped, slope 2 deg\nleg mass 5 kg"
     fixed = replace(diagram, targets={"speed": 0.6, "step_length": 0.45})
     title = "compass biped, slope 2 deg, speed 0.6 m/s,\nstep length 0.45 m\nleg mass 5 kg"
     for width in (3.5, 7.2):
         figure = plot_optima(fixed, style=FigureStyle(width=width))
-        text = figure.axes[0].get_title(loc="left")
+        text = figure.legends[0].get_title().get_text()
         assert text.split() == title.split()
         figure.draw_without_rendering()
-        assert figure.axes[0]._left_title.get_window_extent().x1 < figure.bbox.x1
+        assert figure.legends[0].get_title().get_window_extent().x1 < figure.bbox.x1
     assert text.count("\n") == 1
-    assert plot_optima(diagram, style=FigureStyle(titled=False)).axes[0].get_title(loc="left") == ""
+    assert plot_optima(diagram, style=FigureStyle(titled=False)).legends[0].get_title().get_text() == ""
 
 
 def test_the_centre_of_the_colours_of_a_map_of_spectral_radii_is_the_stability_limit():
@@ -372,7 +373,7 @@ def test_axes_of_a_sweep_begin_at_zero_instead_of_a_margin_below_it():
 
 def test_a_basin_has_a_colour_for_each_ending(results):
     handles = plot_basin(results["basin over two"]).legends[0].legend_handles
-    colors = {handle.get_label(): handle.get_facecolor() for handle in handles}
+    colors = {handle.get_label(): handle.get_facecolor() for handle in handles if isinstance(handle, Patch)}
     assert {"fell", "stick | stick"} <= set(colors)
     assert len(set(colors.values())) == len(colors)
     labels = ["a | b", "ambiguous", "fell", "jam", "lift_off", "no_start", "no_touchdown", "painleve", "unsettled"]
@@ -380,6 +381,43 @@ def test_a_basin_has_a_colour_for_each_ending(results):
     failures = [looks[label] for label in labels[1:]]
     for one, other in combinations(failures, 2):  # greys that are far apart, or different hatches
         assert one.hatch != other.hatch or np.abs(np.subtract(to_rgb(one.color), to_rgb(other.color))).max() > 0.4
+
+
+def test_a_basin_states_its_robot_and_marks_its_gaits():
+    wheel = rimless_wheel()
+    table = basin(wheel, {"slope": 0.2}, {"theta_rate": [0.1, 1.0, 3.0]})
+    figure = plot_basin(table)
+    assert figure.legends[0].get_title().get_text() == "rimless wheel, slope 11.46 deg, infinite friction"
+    marked = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_label() == "gait"]
+    assert marked == pytest.approx([float(table.final[1, 0])])
+    over_two = basin(wheel, {"friction": 1.0}, {"theta_rate": [0.1, 1.0, 3.0], "slope": [0.15, 0.2]})
+    (marks,) = [line for line in plot_basin(over_two).axes[0].lines if line.get_label() == "gait"]
+    np.testing.assert_allclose(marks.get_xdata(), over_two.final[1, :, 0], atol=1e-6)
+    np.testing.assert_allclose(marks.get_ydata(), np.degrees([0.15, 0.2]))
+    failed = basin(wheel, {"slope": 0.2}, {"theta_rate": [0.1, 0.12]})
+    assert "gait" not in [text.get_text() for text in plot_basin(failed).legends[0].get_texts()]
+
+
+def test_large_radii_of_a_sweep_are_on_a_logarithmic_axis_and_its_crosses_below_them():
+    table = make_sweep(friction=np.linspace(0.1, 0.2, 4)).isel(sequence=[1])
+    for radii, scale in (([0.5, 0.7, 0.8, 3.0], "linear"), ([0.5, 0.7, np.nan, 1e4], "log")):
+        table["spectral_radius"] = table.cost_of_transport.dims, np.broadcast_to(radii, table.status.shape)
+        table.spectral_radius.attrs["units"] = "1"
+        figure = plot_sweep(table, quantity="spectral_radius")
+        (axes,) = figure.axes
+        assert axes.get_yscale() == scale
+        check_texts(figure)
+    (crosses,) = [line for line in axes.lines if line.get_label() == "_failure"]
+    assert axes.get_ylim()[0] < crosses.get_ydata()[0] < 0.5
+    assert crosses.get_ydata()[0] > 0
+
+
+@pytest.mark.parametrize(("width", "across", "upward"), [(3.5, 1, 2), (7.2, 2, 1)])
+def test_labels_of_the_maps_of_a_sweep_are_beside_their_panels(width, across, upward):
+    figure = plot_sweep(make_sweep(slope=[0.0, 0.1], friction=[0.1, 0.2]), style=FigureStyle(width=width))
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    assert [axes.xaxis.label.get_visible() and bool(axes.get_xlabel()) for axes in panels].count(True) == across
+    assert [axes.yaxis.label.get_visible() and bool(axes.get_ylabel()) for axes in panels].count(True) == upward
 
 
 def test_failures_of_a_basin_have_hatches(results, monkeypatch):
@@ -487,6 +525,22 @@ def test_lines_of_a_test_have_the_colour_of_its_bars(results):
     bars = [to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches]
     assert [to_hex(line.get_color()) for line in lines.values()] == [bars[0], bars[0], bars[1], bars[1]]
     assert len({str(line.get_linestyle()) for line in list(lines.values())[:2]}) == 2
+
+
+def test_a_test_of_which_nothing_is_survived_has_a_cross_or_states_it(results):
+    """A cross at the end of the axis is drawn whole, and the numbers of two columns lie apart."""
+    record = results["push test"]
+    values = {"push": (0.0, None), "torque noise": (0.0, 1e-3), "sensor delay": (0.5, None), "uphill slope": (0.1, 0.2)}
+    weak = tuple(RobustnessMargins(kind, *margin, "1") for kind, margin in values.items())
+    strong = tuple(RobustnessMargins(kind, 5.0, 6.0, "1") for kind in values)
+    figure = plot_robustness({"weak": replace(record, margins=weak), "strong": replace(record, margins=strong)})
+    axes = dict(zip(values, figure.axes, strict=False))
+    assert [text.get_text() for each in axes.values() for text in each.texts] == ["none survived"]
+    crosses = {kind: [line.get_xdata()[0] for line in each.lines] for kind, each in axes.items()}
+    assert crosses == {"push": [6.0], "torque noise": [1e-3, 6.0], "sensor delay": [6.0], "uphill slope": [0.2, 6.0]}
+    assert not any(line.get_clip_on() for line in axes["torque noise"].lines)
+    left, right = axes["push"].get_position(), axes["sensor delay"].get_position()
+    assert (right.x0 - left.x1) * figure.get_figwidth() > 0.25
 
 
 @pytest.mark.slow
