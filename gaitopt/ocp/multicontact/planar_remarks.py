@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gaitopt.model.planar.plausible_geometry import is_armed_behind, report_implausible_geometry
+from gaitopt.model.planar.undeclared_travel import state_undeclared_travel
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
@@ -29,7 +30,7 @@ REPLAYABLE = 1e-6
 
 
 def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a sentence for each implausible size or direction of the robot of a problem.
+    """Return a sentence for each implausible size or direction of the robot of a problem, and for undeclared travel.
 
     Parameters
     ----------
@@ -37,7 +38,9 @@ def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]
     values : mapping of str to float
         Values of all parameters.
     """
+    undeclared = state_undeclared_travel(problem.robot, values)
     return (
+        *((f"{undeclared}.",) if undeclared else ()),
         *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
         *report_implausible_geometry(problem.robot, values),
     )
