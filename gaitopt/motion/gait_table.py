@@ -154,7 +154,7 @@ def describe_status(gait: Gait | PlanarGait) -> str:
     accepted = 10.0 ** math.ceil(math.log10(error))
     return (
         f"{followed} its error between nodes, {error:.1e}, exceeds the tolerance, {tolerance:.1e}. Set tolerance="
-        f"{accepted:.0e} in the transcription to accept this accuracy, or use larger margins."
+        f"{accepted:.0e} in the transcription to accept this accuracy, or see the warnings."
     )
 
 
