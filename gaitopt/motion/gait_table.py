@@ -7,6 +7,7 @@ from typing import Any
 from gaitopt.errors import join_reasons
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait, SolverReport
+from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
@@ -54,7 +55,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
-    return facts + list_remarks(solver)
+    return [*facts, *list_remarks(solver), *(("warning", str(edge)) for edge in find_impact_edges(gait))]
 
 
 NOT_YET_VERIFIED = (
