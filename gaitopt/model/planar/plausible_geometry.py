@@ -112,8 +112,8 @@ def _report_points_below_feet(robot: PlanarRobot, feet: list[int], p: NDArray[np
         yield (
             f"Robot {robot.name!r}: in upright poses, {' and '.join(map(repr, below))} of the robot "
             f"{'are' if len(below) > 1 else 'is'} at least {min(depth[depth > CLEAR]):.2g} m below all contacts of the "
-            f"feet ({', '.join(names)}), and so below the ground if the robot stands on them: check the sign of the distance "
-            "from ankle to sole; y points upwards."
+            f"feet ({', '.join(names)}), and so below the ground if the robot stands on them: check the sign of the "
+            "distance from ankle to sole; y points upwards."
         )
 
 
