@@ -125,7 +125,9 @@ def _describe_rise(swing: Penetration) -> str:
 def _grid(gait: PlanarGait) -> Facts:
     """Return the numbers of intervals of the phases, and the errors of the plan and of its objective."""
     counts, solver = gait.problem.get("intervals") or [], gait.solver
-    text = f"{' + '.join(map(str, counts))} intervals, error between nodes {solver.error_between_nodes:.1e}"
+    stated = gait.problem.get("stated_intervals")
+    refined = f" (refined from {' + '.join(map(str, stated))})" if stated else ""
+    text = f"{' + '.join(map(str, counts))} intervals{refined}, error between nodes {solver.error_between_nodes:.1e}"
     if math.isfinite(solver.cost_error):
         text += f"; doubling the intervals changes the objective by {100 * solver.cost_error:.1g} %"
     return [("grid", text)] if counts else []
