@@ -47,9 +47,8 @@ and no periodic gait exists unless friction is tan(slope) = 0
     modes = {*sequence.phases, sequence.impact}
     if any(mode.slips for mode in modes) and math.isinf(problem.friction):
         return "a foot cannot slip on infinite friction"
-    if {"friction", "slope"} & {*problem.free_ranges} or type(
-        problem.robot.contact_model.impact
-    ) is not PlasticFrictional:
+    law = problem.robot.contact_model.impact
+    if {"friction", "slope"} & {*problem.free_ranges} or type(law) is not PlasticFrictional:
         return ""
     steep = describe_steep_slope(problem.values)
     if steep and is_free_along_ground(problem.robot, problem.values, 0):
