@@ -23,8 +23,8 @@ class Status(Enum):
     )
     NOT_VERIFIED = (
         "The optimiser converged, but its torques, replayed in the event-driven simulator, do not give the planned "
-        "gait. Unless the reported reasons state another remedy, use more intervals or larger cone margins, or "
-        "another contact sequence."
+        "gait. Unless the reported reasons state another remedy, use more intervals or another contact "
+        "sequence."
     )
     PLAN_INACCURATE = (
         "The optimiser converged, but the plan is not accurate between the nodes or violates a condition there. The "

@@ -53,7 +53,12 @@ def start_from_file(
     from gaitopt.ocp.statement.warm_start import FromMotion
 
     motion = read_motion(
-        file, problem.robot, parameters=problem.values, angle_unit=angle_unit, columns=_read_columns(columns)
+        file,
+        problem.robot,
+        parameters=problem.values,
+        angle_unit=angle_unit,
+        columns=_read_columns(columns),
+        sequence=None if isinstance(problem, GaitProblem) else problem.sequence,
     )
     if not isinstance(problem, GaitProblem):
         return problem.replace(guess=PlanarKeyframes(motion.time.tolist(), motion.coordinates)), motion.fit

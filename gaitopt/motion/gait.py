@@ -23,13 +23,17 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 IMPLAUSIBLE = (
-    "sizes or directions of the robot are implausible, see the first warning; its limits were therefore not examined"
+    "sizes, directions or travel of the robot are implausible, see the first warning; its limits were therefore not "
+    "examined"
 )
-"""Message of a failed solve of a robot with implausible sizes or directions: its limits are not the probable cause."""
+"""Message of a failed solve of a robot with implausible sizes, directions or travel, the probable cause."""
 
 
 NONEXISTENT = "no periodic gait exists"
 """Part of the message of a problem that is refused because friction and gravity exclude every periodic gait."""
+
+WITHOUT_IMPULSE = "that is without impulse"
+"""Part of the first warning of a failed solve whose contact sequence has touchdowns without impulse."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 from gaitopt.errors import join_reasons
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait, SolverReport
+from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
 from gaitopt.status import Status
@@ -54,7 +55,7 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
-    return facts + list_remarks(solver)
+    return [*facts, *list_remarks(solver), *(("warning", str(edge)) for edge in find_impact_edges(gait))]
 
 
 NOT_YET_VERIFIED = (
@@ -154,7 +155,7 @@ def describe_status(gait: Gait | PlanarGait) -> str:
     accepted = 10.0 ** math.ceil(math.log10(error))
     return (
         f"{followed} its error between nodes, {error:.1e}, exceeds the tolerance, {tolerance:.1e}. Set tolerance="
-        f"{accepted:.0e} in the transcription to accept this accuracy, or use larger margins."
+        f"{accepted:.0e} in the transcription to accept this accuracy, or see the warnings."
     )
 
 

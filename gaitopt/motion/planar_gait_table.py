@@ -18,6 +18,7 @@ from gaitopt.motion.gait_table import (
     round_margin,
 )
 from gaitopt.motion.ground_penetration import LEAST_DEPTH, Penetration, continue_swing, find_penetrations
+from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, find_support, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
@@ -53,7 +54,7 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
         facts += _numbers(gait)
     times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
     facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
-    return facts + list_remarks(solver)
+    return [*facts, *list_remarks(solver), *(("warning", str(edge)) for edge in find_impact_edges(gait))]
 
 
 def _numbers(gait: PlanarGait) -> Facts:
@@ -124,7 +125,9 @@ def _describe_rise(swing: Penetration) -> str:
 def _grid(gait: PlanarGait) -> Facts:
     """Return the numbers of intervals of the phases, and the errors of the plan and of its objective."""
     counts, solver = gait.problem.get("intervals") or [], gait.solver
-    text = f"{' + '.join(map(str, counts))} intervals, error between nodes {solver.error_between_nodes:.1e}"
+    stated = gait.problem.get("stated_intervals")
+    refined = f" (refined from {' + '.join(map(str, stated))})" if stated else ""
+    text = f"{' + '.join(map(str, counts))} intervals{refined}, error between nodes {solver.error_between_nodes:.1e}"
     if math.isfinite(solver.cost_error):
         text += f"; doubling the intervals changes the objective by {100 * solver.cost_error:.1g} %"
     return [("grid", text)] if counts else []

@@ -18,6 +18,7 @@ from gaitopt.motion.column_table import ColumnTable, read_columns
 from gaitopt.motion.kinematic_motion import PhaseKinematics, make_kinematic_motion
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.motion_fit import CoordinateFit, MotionFit, fit_curve
+from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.recorded_columns import (
     ANGLE_UNITS,
     RecordedColumns,
@@ -26,6 +27,7 @@ from gaitopt.motion.recorded_columns import (
     is_time,
     require_coordinates,
 )
+from gaitopt.motion.standing_base import derive_base
 from gaitopt.parameters import Parameter
 
 SAMPLES = 65
@@ -110,6 +112,7 @@ def read_motion(
     columns: Mapping[str, str] | None = None,
     span: tuple[float, float] | None = None,
     pieces: int | None = None,
+    sequence: PhaseSequence | str | None = None,
 ) -> RecordedMotion:
     """Read one step from a file of another program, or a few postures with their times.
 
@@ -134,6 +137,9 @@ def read_motion(
         a file with the column ``step``.
     pieces : int, optional
         Number of pieces of the splines; by default 16, or a quarter of the number of samples if that is less.
+    sequence : PhaseSequence or str, optional
+        Contact sequence of a robot with several contacts.  If a foot stands in all phases, the position of the base may
+        be missing in the file: it is derived from this foot, and `fit` reports it.
 
     Returns
     -------
@@ -165,8 +171,11 @@ def read_motion(
     extra = [RecordedQuantity("x", "m")] if isinstance(robot, Robot) else []
     quantities = [*map(RecordedQuantity, names, units), *extra]
     recorded = assign_columns(table, path, quantities, robot.actuators, columns or {}, angle_unit)
+    recorded, values = _cut(recorded, path, span), robot.resolve(parameters or {})
+    if isinstance(robot, PlanarRobot) and sequence is not None:
+        recorded = derive_base(robot, values, PhaseSequence.parse(sequence, robot), recorded)
     require_coordinates(recorded, path, quantities[: len(names)])
-    return _fit(robot, robot.resolve(parameters or {}), _cut(recorded, path, span), pieces)
+    return _fit(robot, values, recorded, pieces)
 
 
 def _time_column(columns: Mapping[str, str]) -> str | None:

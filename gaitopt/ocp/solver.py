@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, overload
 from gaitopt.arguments import check_arguments
 from gaitopt.errors import InputError
 from gaitopt.locks import one_at_a_time
+from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.step_check import require_valid_step
+from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.motion.gait import Gait
 from gaitopt.ocp.nlp.active_set import Newton
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -36,6 +38,9 @@ RETRIES = 3
 With a bound on the spectral radius there are none: other starts are farther from a stable gait than the optimum
 without the bound.
 """
+
+CLOSING = (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD)
+"""Modes in place of an open one, in order."""
 
 INACCURATE = (Status.PLAN_INACCURATE, Status.UNCONFIRMED)
 """Statuses of a converged solve whose result is not a solution."""
@@ -179,10 +184,10 @@ def _solve_problem(
     if isinstance(solver, Newton | Ipopt):
         solver = solver.start_clock()
     require_valid_step(problem.robot)
-    if problem.sequence.is_open:
-        return _solve_open(problem, starts or 1, solver, homotopy, observer)
     if reason := explain_impossibility(problem.sequence, problem):
         return _refuse(problem, reason, observer)
+    if problem.sequence.is_open:
+        return _solve_open(problem, starts or 1, solver, homotopy, observer)
     if problem.stability is not None and _is_new(problem):
         return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
@@ -198,11 +203,28 @@ def _solve_problem(
 
 def _refuse(problem: GaitProblem, reason: str, observer: SolveObserver) -> Gait:
     """Return the failure of a problem with an impossible contact sequence, after one iteration from its guess."""
-    gait = solve_from_start(problem, _start(problem, 0), Ipopt(max_iterations=1), observer)
+    closed = problem.replace(sequence=_close(problem.sequence)) if problem.sequence.is_open else problem
+    gait = solve_from_start(closed, _start(closed, 0), Ipopt(max_iterations=1), observer)
     if gait.status is Status.INTERRUPTED:
         return gait
     failure = gait.with_failure(Status.INFEASIBLE, reason)
     return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
+
+
+def _close(sequence: ContactSequence) -> ContactSequence:
+    """Return one of the closed sequences with as many phases that an open one stands for.
+
+    Examples
+    --------
+    >>> str(_close(ContactSequence.parse("slip+ any | any"))), str(_close(ContactSequence.parse("any stick | any")))
+    ('slip+ stick | slip+', 'slip+ stick | slip+')
+    """
+    phases = list(sequence.phases)
+    for number, mode in enumerate(phases):
+        if mode is Mode.ANY:
+            beside = (*phases[max(number - 1, 0) : number], *phases[number + 1 : number + 2])
+            phases[number] = next(one for one in CLOSING if one not in beside)
+    return ContactSequence(tuple(phases), phases[0] if sequence.impact is Mode.ANY else sequence.impact)
 
 
 def _count_retries(problem: GaitProblem) -> int:

@@ -277,6 +277,7 @@ def _compare_modes(plan: PlanarEvent, end: PlanarState) -> list[str]:
     """Return the contacts whose modes after the last event differ; those without impulse may differ at an impact."""
     return [
         f"{name} is {real.value} after the last event instead of {mode.value}"
+        + (": use a larger Margins.impact_cone" if plan.is_impact and mode is Mode.STICK and real.slips else "")
         for (name, mode), (_, real), impulse in zip(plan.after.modes, end.contacts.modes, plan.impulse, strict=True)
         if mode is not real and (not plan.is_impact or np.abs(impulse).max() > TIE)
     ]

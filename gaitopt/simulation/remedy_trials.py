@@ -23,6 +23,7 @@ from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_relaxable import PlanarUnits, replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_implausible_robot, report_suspects, report_unmet_arming
 from gaitopt.ocp.multicontact.planar_solver import solve_from_guess
+from gaitopt.ocp.multicontact.possible_causes import find_sequence_of_impacts, report_soft_touchdowns
 from gaitopt.ocp.nlp.ipopt import Ipopt
 from gaitopt.progress import Observer, silent
 from gaitopt.simulation.planar_verification import verify_planar
@@ -68,6 +69,7 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     passes its replay, the same is done with stronger actuators, and otherwise with the contacts of each foot exchanged
     and, uphill, with the opposite slope.
     If the plan is inaccurate because a contact touches down too early, a higher threshold and other speeds are tried.
+    If the sequence has touchdowns without impulse, it is tried with impacts first.
 
     Parameters
     ----------
@@ -89,17 +91,32 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     >>> try_remedies.__name__
     'try_remedies'
     """
-    report = failure.solver
     if problem.sequence.is_open or report_implausible_robot(problem, problem.values):
         return failure
     if explain_planar_impossibility(problem) is not None:
         return failure
-    longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
+    longest = max(LONGEST_SHARE * failure.solver.solve_seconds, LEAST_TIME)
     solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
-    is_solved = functools.partial(_is_solved, solver=solver, observer=observer)
+    impacts = find_sequence_of_impacts(problem)
+    if impacts is not None and _is_solved(problem.replace(sequence=impacts), solver, observer):
+        found = f"A verified gait was found with impacts, sequence='{impacts}', and no other change."
+        tried = _put_first((found,), failure, but=report_suspects(problem, ()))
+    else:
+        tried = _try_changes(problem, failure, solver, observer)
+    return _put_first(report_soft_touchdowns(problem), tried)
+
+
+def _put_first(warnings: tuple[str, ...], gait: PlanarGait, *, but: tuple[str, ...] = ()) -> PlanarGait:
+    """Return a failed solve whose first warnings are the given ones, without some others."""
+    others = (each for each in gait.solver.warnings if each not in (*warnings, *but))
+    return gait.replace_fields(solver=gait.solver.replace_fields(warnings=(*warnings, *others)))
+
+
+def _try_changes(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
+    """Return a failed solve with the changes of limits, thresholds, sequence or slope that lead to a verified gait."""
+    report, is_solved = failure.solver, functools.partial(_is_solved, solver=solver, observer=observer)
     if failure.status is Status.PLAN_INACCURATE:
-        found = _try_later_touchdown(problem, failure, is_solved)
-        return failure.replace_fields(solver=report.replace_fields(warnings=(*found, *report.warnings)))
+        return _put_first(tuple(_try_later_touchdown(problem, failure, is_solved)), failure)
     lower = tuple(_try_lower_threshold(problem, solver, observer, is_solved))
     numbers = [i for i, each in enumerate(report.conflicts) if each.separable and math.isfinite(each.sufficient)]
     tried = {i: _try_limit(problem, report.conflicts[i], is_solved) for i in numbers[:MOST_LIMITS]}

@@ -4,7 +4,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
-from gaitopt.motion.planar_motion import PlanarMotion
+from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion
 from gaitopt.motion.stated_changes import CLOSES, find_closing, spell_release
 
 
@@ -60,6 +60,7 @@ def describe_first_difference(robot: PlanarRobot, planned: PlanarMotion, walked:
             continue
         closing = [name for name in robot.contact_names if name in find_closing(real - planned_names)]
         gaps = [_describe_gap(robot, planned, name, event.time) for name in closing]
+        gaps += ["use a larger Margins.cone"] if _has_slip_onset(event, real - planned_names) else []
         return (
             f"the first event that differs is '{' & '.join(event.names)}' at {event.time:.4g} s of the replay, instead "
             f"of '{' & '.join(expected.names)}' at {expected.time:.4g} s of the plan"
@@ -87,6 +88,13 @@ def describe_soft_touchdowns(planned: PlanarMotion) -> list[str]:
         if not event.is_impact
         for name in find_closing(event.names)
     ]
+
+
+def _has_slip_onset(event: PlanarEvent, changes: set[str]) -> bool:
+    """Return whether a sticking contact begins to slip without impact in some changes of an event."""
+    slips = (Mode.SLIP_FORWARD.value, Mode.SLIP_BACKWARD.value)
+    sticking = [name for name, mode in event.before.modes if mode is Mode.STICK and not event.is_impact]
+    return any(f"{name} {slip}" in changes for name in sticking for slip in slips)
 
 
 def _write_sequence(motion: PlanarMotion) -> str:

@@ -157,8 +157,8 @@ def test_implausible_sizes_are_reported_before_the_solve(command, root, folder, 
     printed = command("solve", "long_foot.py").err
     for warning in (
         "between contacts 'heel a' and 'toe a' of one body is implausible",
-        "PlanarLimits.coordinate of a = (-17, 17) rad is implausible: a bound of an angle is at most 6.28 rad in size. "
-        "If the value is in degrees, state (-0.2967, 0.2967) rad.",
+        "PlanarLimits.coordinate of a = (-17, 17) rad is implausible: it is (-974, 974) deg, and a bound of an angle "
+        "is at most 6.28 rad in size. If the value is in degrees, state (math.radians(-17), math.radians(17)).",
     ):
         assert warning in printed
         assert printed.index(warning) < printed.index("the solve has begun")

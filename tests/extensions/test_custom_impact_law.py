@@ -7,6 +7,7 @@ import pytest
 
 from gaitopt import Collocation, GaitProblem, Limits, compass_biped, find_cycles, solve, verify
 from gaitopt.model import ContactModel, ImpactLaw, PlasticFrictional, solve_impact
+from gaitopt.ocp.solution.impossible_sequences import explain_impossibility
 from gaitopt.simulation.hybrid_automaton import make_walker
 from gaitopt.stability.return_map import ReturnMap
 from gaitopt.stability.section import Section
@@ -77,6 +78,15 @@ def test_an_open_impact_is_closed_by_the_law(gait):
     found = solve(problem("slip+ stick | any"))
     assert str(found.sequence) == "slip+ stick | slip+"
     assert found.cost_of_transport == pytest.approx(gait.cost_of_transport, rel=1e-5)
+
+
+def test_slopes_and_slips_that_coulomb_friction_in_the_impact_excludes_are_not_refused():
+    """The impulses of a custom law may balance gravity on a steep slope, or friction of a slip in one direction."""
+    custom, plain = problem("slip+ | slip+"), problem("slip+ | slip+").replace(robot=compass_biped())
+    steep = {"slope": 0.5, "sequence": "stick | stick"}
+    for changes in ({}, steep):
+        assert explain_impossibility(plain.replace(**changes).sequence, plain.replace(**changes))
+        assert explain_impossibility(custom.replace(**changes).sequence, custom.replace(**changes)) == ""
 
 
 def test_multipliers_contain_the_law(gait):

@@ -173,8 +173,12 @@ def test_bounds_of_angles_in_degrees_are_the_first_warnings():
         limits=Limits(torque=6, angle={"th1": (-30, 30)}), objective="torque_squared",
         transcription=Collocation(intervals=6),
     )  # fmt: skip
-    assert solve(problem, solver=few).solver.warnings[0].endswith("in degrees, state (-0.5236, 0.5236) rad.")
+    assert solve(problem, solver=few).solver.warnings[0] == (
+        "Limits.angle of th1 = (-30, 30) rad is implausible: it is (-1719, 1719) deg, and a bound of an angle is at "
+        "most 6.28 rad in size. If the value is in degrees, state (math.radians(-30), math.radians(30))."
+    )
     limits = PlanarLimits(coordinate={"x": (-50, 50), "a": (-17, math.inf), "b": (-1, 1)})
     warnings = solve_planar(heel_toe_step(0.05).replace(limits=limits), solver=few).solver.warnings
     assert warnings[0].startswith("PlanarLimits.coordinate of a = (-17, inf) rad is implausible")
+    assert warnings[0].endswith("If the value is in degrees, state (math.radians(-17), math.inf).")
     assert not any("coordinate of b" in each or "coordinate of x" in each for each in warnings)

@@ -52,6 +52,13 @@ def test_the_error_of_the_objective_is_the_difference_from_a_solve_on_half_as_ma
     assert not refined.solver.warnings
 
 
+def test_the_table_states_the_intervals_before_the_refinement(plain, refined):
+    (count,) = refined.problem["intervals"]
+    grids = [dict(tabulate_planar_gait(gait))["grid"] for gait in (refined, plain)]
+    assert grids[0].startswith(f"{count} intervals (refined from {INTERVALS}), error between nodes")
+    assert grids[1].startswith(f"{INTERVALS} intervals, error")
+
+
 def test_a_finer_grid_has_a_lower_objective_near_that_on_many_intervals(plain, refined):
     fine = solve(make_problem(intervals=64, guess=FromPlanarGait(plain)))
     assert fine.solver.objective < refined.solver.objective < plain.solver.objective

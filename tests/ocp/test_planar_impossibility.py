@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gaitopt import ArcContact, InputError, Parameter, PointContact, RigidLink, Status
+from gaitopt import ArcContact, InputError, Margins, Parameter, PointContact, RigidLink, Status
 from gaitopt.lazy import Deferred
 from gaitopt.model import PlanarCoordinates, assemble_planar
 from gaitopt.model.robots.flat_foot_walker import flat_foot_walker
@@ -34,7 +34,7 @@ def arm(problem, condition):
     def build():
         arming = problem.robot.arming
         inputs = [ca.SX.sym(arming.name_in(i), arming.size1_in(i)) for i in range(3)]
-        armed = ca.repmat(condition(*inputs), len(problem.robot.contacts))
+        armed = condition(*inputs) * ca.DM.ones(len(problem.robot.contacts))
         return ca.Function("arming", inputs, [armed], arming.name_in(), arming.name_out())
 
     return problem.replace(robot=dataclasses.replace(problem.robot, arming=Deferred(build)))
@@ -140,6 +140,8 @@ def test_the_largest_value_of_an_affine_condition_is_that_at_the_limits():
         lambda q, v, p: ca.sin(q[2]) - 7,
         lambda q, v, p: ca.sign(q[2]) - 0.5,  # its derivative is zero
         lambda q, v, p: ca.if_else(q[2] > 0.1, 1, -1),
+        lambda q, v, p: q[2] * q[4] - 7,
+        lambda q, v, p: q[2] + 10 * ca.sign(q[4]) - 7,  # it is affine between the jumps
         lambda q, v, p: q[2] - 7 + v[2],
         lambda q, v, p: q[3] - 7,  # an angle without limits
         lambda q, v, p: ca.SX(-7),
@@ -153,6 +155,25 @@ def test_a_condition_with_a_free_threshold_is_not_refused():
     fixed = flat_foot_step(parameters={"clearance_angle": 3})
     assert explain_unreachable_arming(fixed) is not None
     assert explain_unreachable_arming(fixed.replace(parameters={}, free={"clearance_angle": (0, 3)})) is None
+    place = fixed.robot.index("clearance_angle")
+    added = arm(flat_foot_step(free={"clearance_angle": (0, 9)}), lambda q, v, p: q[2] + p[place] - 7)
+    assert explain_unreachable_arming(added) is None
+
+
+def test_a_contact_must_be_armed_by_the_margin_of_its_touchdown():
+    step = arm(flat_foot_step(), lambda q, v, p: q[2] - 0.5)  # at most 0.3
+    for margin, refused in ((0.3, False), (0.3 + 1e-7, False), (0.31, True)):
+        margins = Margins(touchdown_armed=margin)
+        assert (explain_unreachable_arming(step.replace(margins=margins)) is not None) is refused
+
+
+def test_the_contact_that_is_armed_least_is_named():
+    """One contact that cannot close excludes the sequence, whatever the others can do."""
+    step = flat_foot_step("heel A stick | [heel B stick, toe B stick]")
+    names = step.robot.contact_names
+    thresholds = ca.DM([7.0 if name == "toe B" else 0.0 for name in names])
+    reason = explain_unreachable_arming(arm(step, lambda q, v, p: q[2] - thresholds))
+    assert reason.startswith("toe B must close")
 
 
 def test_feet_that_stay_on_the_ground_need_not_be_armed():

@@ -17,7 +17,12 @@ from gaitopt.ocp import Collocation, PlanarLimits, PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.momentum_balance import explain_imbalance
 from gaitopt.ocp.multicontact.planar_bounds import planar_bounds, planar_structure
 from gaitopt.ocp.multicontact.planar_infeasibility import PlanarElastic, conclude_planar_failure
-from gaitopt.ocp.multicontact.planar_remarks import find_least_forces, report_inaccuracy, report_overhead_angles
+from gaitopt.ocp.multicontact.planar_remarks import (
+    find_least_forces,
+    report_inaccuracy,
+    report_magnification,
+    report_overhead_angles,
+)
 from gaitopt.ocp.multicontact.planar_solver import _Start
 from gaitopt.ocp.multicontact.planar_start import planar_start
 from gaitopt.ocp.multicontact.planar_transcription import transcribe_planar
@@ -102,9 +107,50 @@ def test_an_inaccurate_plan_names_the_contact_whose_normal_force_is_at_its_lower
     assert contacts == ["foot A"]
     sentence = report_inaccuracy(transcription, problem, np.array([2e-7]), "", contacts)
     assert "the normal force of foot A is at its lower bound" in sentence
-    assert "Collocation(tolerance=1e-6) if the plan then passes its replay, larger margins" in sentence
+    assert "use Collocation(tolerance=1e-6) if the plan then passes its replay, or larger margins" in sentence
     assert "Margins(normal_force=0.02, separation=0.01)" in sentence
     assert "more intervals" not in sentence
+
+
+@pytest.mark.parametrize(
+    ("margins", "tolerance", "advised", "absent"),
+    [
+        (Margins(), 1e-7, ("Collocation(tolerance", "Margins(normal_force=0.02, separation=0.01)"), ("sequence",)),
+        (Margins(separation=0.01), 1e-7, ("Margins(normal_force=0.02)",), ("separation", "sequence")),
+        (Margins(normal_force=0.02), 1e-7, ("Margins(separation=0.01)", "in which foot A opens"), ("normal_force=",)),
+        (Margins(normal_force=0.02, separation=0.01), 1e-6, ("in which foot A opens",), ("Margins", "Collocation(")),
+    ],
+)
+def test_a_remedy_that_the_problem_has_is_not_advised_again(margins, tolerance, advised, absent):
+    method = Collocation(intervals=4, tolerance=tolerance)
+    problem = walk("foot A stick |", margins=margins, transcription=method)
+    transcription = transcribe_planar(planar_structure(problem))
+    sentence = report_inaccuracy(transcription, problem, np.array([2 * tolerance]), "", ["foot A"])
+    assert all(text in sentence for text in advised)
+    assert not any(text in sentence for text in absent)
+    assert sentence.endswith("guess near a plausible motion.")
+
+
+def test_ranges_are_advised_for_the_angles_without_any():
+    limits = PlanarLimits(coordinate={"a": (-1, 1)})
+    texts = []
+    for problem in (
+        walk("foot A stick |", limits=limits),
+        walk("foot A stick |", limits=attrs.evolve(limits, coordinate={"a": (-1, 1), "b": (-1, 1)})),
+    ):
+        transcription = transcribe_planar(planar_structure(problem))
+        texts.append(report_inaccuracy(transcription, problem, np.array([2e-6]), ""))
+    assert "PlanarLimits.coordinate of b, which" in texts[0]
+    assert "PlanarLimits" not in texts[1]
+
+
+def test_points_that_the_grid_has_are_not_advised_again():
+    texts = [
+        report_magnification(walk("foot A stick |", transcription=Collocation(points=points)), 1e-8, 1e-5)
+        for points in (4, 8)
+    ]
+    assert "Collocation(points=8)" in texts[0]
+    assert "Collocation" not in texts[1]
 
 
 @pytest.mark.parametrize(

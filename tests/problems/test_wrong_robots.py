@@ -12,10 +12,16 @@ from gaitopt.model.planar.planar_coordinates import PlanarCoordinates
 from gaitopt.motion.conflict import Conflict
 from gaitopt.ocp import PlanarProblem, solve_planar
 from gaitopt.ocp.multicontact.planar_remarks import report_unmet_arming
-from gaitopt.ocp.multicontact.possible_causes import report_soft_touchdowns, report_unarmed_contacts
+from gaitopt.ocp.multicontact.possible_causes import (
+    find_sequence_of_impacts,
+    report_soft_touchdowns,
+    report_unarmed_contacts,
+)
 from gaitopt.simulation import place_planar, simulate_planar
+from gaitopt.simulation.remedy_trials import try_remedies
 from gaitopt.stability import PlanarWalkProblem
 from gaitopt.status import Status
+from gaitopt.study.storage.failure_reason import explain_failure
 
 MIRROR = {"a": "b", "foot a": "foot b", "hip": "-hip"}
 
@@ -143,8 +149,21 @@ def test_a_failed_solve_names_a_soft_touchdown_with_the_sequence_of_an_impact():
     (remark,) = report_soft_touchdowns(problem)
     assert remark.startswith("foot b closes at '>', that is without impulse")
     assert remark.endswith("For a touchdown with an impact, write '|': 'foot a stick |'.")
-    assert remark in gait.solver.warnings
+    assert gait.solver.warnings[0] == remark
+    assert explain_failure(gait).startswith(f"{'no gait found; ' if gait.solver.violations else ''}{remark[:-1]}; ")
     assert report_soft_touchdowns(problem.replace(sequence="foot a stick |")) == ()
+
+
+def test_a_gait_with_impacts_is_found_for_a_sequence_without_them():
+    walk = {"friction": 1.0, "speed": 0.5, "step_length": 0.4, "transcription": Collocation(intervals=4)}
+    options = {"objective": "torque_squared", **walk}
+    problem = PlanarProblem(robot=make_biped(), sequence="foot a stick >", **options)
+    failure = solve_planar(problem, solver=Ipopt(max_iterations=2))
+    first, second, *_ = try_remedies(problem, failure).solver.warnings
+    assert (first,) == report_soft_touchdowns(problem)
+    assert second == "A verified gait was found with impacts, sequence='foot a stick |', and no other change."
+    sequence = "foot a stick |"
+    assert find_sequence_of_impacts(problem.replace(sequence=sequence)) is None
 
 
 @pytest.mark.parametrize(

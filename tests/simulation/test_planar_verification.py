@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from gaitopt.motion.planar_gait_summary import find_depths
 from gaitopt.motion.planar_gait_table import tabulate_planar_gait
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.simulation import Tolerances, replay_planar, simulate_planar, verify_planar
+from gaitopt.simulation.planar_verification import _compare_modes
 from gaitopt.simulation.replay_difference import describe_differences, describe_first_difference
 from gaitopt.status import Status
 from tests.conftest import ROOT
@@ -147,6 +149,29 @@ def test_the_first_event_that_differs_is_described_with_the_gap_of_the_contact_i
         f"the first event that differs is 'foot closes' at {walked.period:.4g} s of the replay, instead of 'foot "
         f"opens' at {planned.period:.4g} s of the plan; foot is then 1 mm above the ground in the plan"
     )
+
+
+def test_an_unplanned_slip_has_the_margin_that_avoids_it_as_its_remedy():
+    motion = simulate_planar(monopod(), [0, 0.7, 0, 0, 0.6], np.zeros(5), {}, until="foot closes").motion
+    closes = motion.events[0]
+    sticks = replace(closes.after, modes=tuple((name, Mode.STICK) for name, _ in closes.after.modes))
+    slips = replace(closes, names=("foot slip+",), before=sticks, outcome=None)
+    impact, free = replace(slips, outcome=closes.after), replace(slips, before=closes.before)
+    assert impact.is_impact
+    assert not slips.is_impact
+    for event, advised in ((slips, True), (impact, False), (free, False)):
+        text = describe_first_difference(monopod(), motion, replace(motion, events=(event,)))
+        assert text.endswith("; use a larger Margins.cone") is advised
+
+
+@pytest.mark.parametrize(("is_impact", "advised"), [(True, True), (False, False)])
+def test_an_impact_that_slips_instead_of_sticking_has_its_margin_as_remedy(is_impact, advised):
+    sticks = ContactState((("foot", Mode.STICK),))
+    plan = SimpleNamespace(after=sticks, impulse=np.array([[0.1, 1.0]]), is_impact=is_impact)
+    end = SimpleNamespace(contacts=ContactState((("foot", Mode.SLIP_FORWARD),)))
+    (text,) = _compare_modes(plan, end)
+    assert text.startswith("foot is slip+ after the last event instead of stick")
+    assert text.endswith("use a larger Margins.impact_cone") is advised
 
 
 def test_an_early_touchdown_of_an_armed_contact_has_its_remedy():

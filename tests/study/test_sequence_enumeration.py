@@ -104,3 +104,15 @@ def test_a_slope_steeper_than_friction_is_refused_before_the_solve(problem):
     assert explain_impossibility(ridge.sequence, ridge) == ""
     free = steep.replace(slope=(0.1, 0.4))
     assert explain_impossibility(free.sequence, free) == ""
+
+
+@pytest.mark.parametrize("sequence", ["any | any", "stick any | any", "slip+ any | slip+", "any slip- any | any"])
+def test_an_open_sequence_on_a_slope_steeper_than_friction_is_refused_before_the_solve(problem, sequence):
+    steep = problem.replace(slope=math.radians(20), friction=0.14, sequence=sequence)
+    gait = solve(steep)
+    assert gait.status is Status.INFEASIBLE
+    assert gait.solver.iterations <= 1
+    assert gait.solver.message.startswith("tan(slope) = 0.364 exceeds friction 0.14")
+    assert gait.solver.violations == ()
+    gentle = steep.replace(slope=math.radians(5))
+    assert explain_impossibility(gentle.sequence, gentle) == ""

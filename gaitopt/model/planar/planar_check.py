@@ -197,8 +197,9 @@ def _faults(
         )
     if not travel < EXACT:
         faults.append(
-            f"{name} the motion depends on the position along the ground (relative change {travel:.3g}); choose the "
-            "coordinate `travel` that moves the whole robot forward, or None."
+            f"{name} the motion depends on the position along the ground (relative change {travel:.3g}); declare the "
+            "coordinate that moves the whole robot forward, PlanarCoordinates(..., travel=...); if there is none, "
+            f"rename {robot.travel!r}."
         )
     if not mirror < EXACT:
         faults.append(f"{name} {describe_mirror_fault(robot, *state, mirror)}")

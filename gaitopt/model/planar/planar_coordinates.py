@@ -11,6 +11,9 @@ from gaitopt.parameters import Parameter
 
 GRAVITY = Parameter("gravity", 9.81, "m/s^2", "gravitational acceleration", lower=0.0, lower_open=True)
 
+DEFAULT_TRAVEL = "x"
+"""Name of the coordinate along the ground, unless another one is stated."""
+
 
 @check_arguments
 class PlanarCoordinates:
@@ -23,9 +26,14 @@ class PlanarCoordinates:
     parameters : sequence of Parameter, optional
         Parameters of the robot, ``gravity`` among them; by default only ``gravity``, 9.81 m/s^2.  Those of the ground
         are added.
-    travel : str
-        Coordinate along the ground, by which the whole robot moves forward and on which nothing else depends.  A robot
-        without a coordinate of this name moves vertically.
+    travel : str, optional
+        Coordinate along the ground, by which the whole robot moves forward and on which nothing else depends; by
+        default ``"x"``, if there is a coordinate of this name.  A robot without such a coordinate moves vertically.
+
+    Raises
+    ------
+    InputError
+        If names are not unique, or `travel` is not one of them.
 
     Examples
     --------
@@ -35,12 +43,14 @@ class PlanarCoordinates:
     """
 
     def __init__(
-        self, names: Sequence[str], parameters: Sequence[Parameter] = (GRAVITY,), *, travel: str = "x"
+        self, names: Sequence[str], parameters: Sequence[Parameter] = (GRAVITY,), *, travel: str | None = None
     ) -> None:
         self.names, self.parameters = tuple(names), add_ground(parameters)
         if not self.names or len(set(self.names)) != len(self.names):
             raise InputError(f"Coordinates must have different names, got {list(names)}.")
-        self.travel = travel if travel in self.names else None
+        if travel is not None and travel not in self.names:
+            raise InputError(f"travel: there is no coordinate {travel!r}. {suggest(travel, self.names)}")
+        self.travel = travel or (DEFAULT_TRAVEL if DEFAULT_TRAVEL in self.names else None)
         self.q = ca.vertcat(*[ca.SX.sym(name) for name in self.names])
         self.v = ca.vertcat(*[ca.SX.sym(f"{name}_rate") for name in self.names])
         self.p = ca.vertcat(*[ca.SX.sym(parameter.name) for parameter in self.parameters])

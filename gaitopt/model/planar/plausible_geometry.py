@@ -16,6 +16,9 @@ from gaitopt.model.plausible_sizes import name_unit
 POSES, SWING = 40, 0.3
 """Number of examined poses, and the largest angle in them [rad]."""
 
+UPRIGHT = (-0.1, 0.0, 0.1)
+"""Values of all angles in upright poses, in which the legs are parallel [rad]."""
+
 LONGEST_FOOT = 2.5
 """Largest plausible distance between contacts of one body, relative to the distance of the centre of mass from the
 nearer one; at most 2 for a wheel."""
@@ -54,6 +57,7 @@ def report_implausible_geometry(robot: PlanarRobot, values: Mapping[str, float])
         )
     pairs = list(_list_pairs(robot, feet))
     return (
+        *_report_points_below_feet(robot, feet, p),
         *_report_long_feet(robot, pairs, slides - centre[0], gaps - centre[1]),
         *_report_reversed_feet(robot, pairs, slides),
         *_report_reversed_arming(robot, q, slides, p),
@@ -91,6 +95,26 @@ def _measure_centre(robot: PlanarRobot, q: NDArray[np.float64], values: Mapping[
         energies = [float(robot.energy(pose, rest, p)[1] - robot.force_powers(pose, rest, p)[0]) for pose in q.T]
         rows.append(sign * np.array(energies) / weight)
     return np.array(rows)
+
+
+def _report_points_below_feet(robot: PlanarRobot, feet: list[int], p: NDArray[np.float64]) -> Iterator[str]:
+    """Yield a sentence on the points of the robot that are below all feet in each of some upright poses."""
+    names = [robot.contact_names[i] for i in feet]
+    places = [i for i, point in enumerate(robot.points) if point not in robot.contact_names]
+    depths = []
+    for angle in UPRIGHT:
+        q = np.where([unit == "rad" for unit in robot.units], angle, 0.8)
+        heights = np.array(robot.figure(q, p))[1, places]
+        depths.append(float(np.array(robot.gaps(q, p)[0]).ravel()[feet].min()) - heights)
+    depth = np.min(depths, axis=0)
+    below = [robot.points[place] for place, size in zip(places, depth, strict=True) if size > CLEAR]
+    if below:
+        yield (
+            f"Robot {robot.name!r}: in upright poses, {' and '.join(map(repr, below))} of the robot "
+            f"{'are' if len(below) > 1 else 'is'} at least {min(depth[depth > CLEAR]):.2g} m below all contacts of the "
+            f"feet ({', '.join(names)}), and so below the ground if the robot stands on them: check the sign of the "
+            "distance from ankle to sole; y points upwards."
+        )
 
 
 def _list_pairs(robot: PlanarRobot, feet: list[int]) -> Iterator[tuple[int, int]]:

@@ -192,7 +192,7 @@ class GridResult:
                 report_inaccuracy(self.transcription, self.problem, self.errors, self.ending, contacts, coarser)
             )
         elif self.fails_replay:
-            remarks.append(report_magnification(self.error, self.replay_error))
+            remarks.append(report_magnification(self.problem, self.error, self.replay_error))
         if self.cost_ending:
             remarks.append(report_cost_of_grid(self.problem, self.cost_error, self.cost_ending))
         return (*postures, *remarks, *report_shortest_phases(self.transcription, self.problem, self.outcome.x))

@@ -10,6 +10,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, SequenceError
 from gaitopt.model.planar.planar_check import require_planar
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.undeclared_travel import state_undeclared_travel
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.phase_sequence import PhaseSequence
 from gaitopt.motion.printable import format_count
@@ -311,16 +312,15 @@ class PlanarProblem:
             )
 
     def _check_targets(self) -> None:
-        targets = (self.speed, self.step_length)
-        if self.robot.travel is None and targets != (None, None):
+        requires_travel = (self.speed, self.step_length) != (None, None) or self.objective.per_weight_and_travel
+        undeclared = state_undeclared_travel(self.robot, self.values) if requires_travel else ""
+        if undeclared:
+            raise InputError(f"{undeclared}.")
+        if self.robot.travel is None and requires_travel:
             raise InputError(
-                f"Robot {self.robot.name!r} does not travel: no coordinate is named 'x'. If one is the position along "
-                "the ground, state its name, PlanarCoordinates(..., travel=...); otherwise speed and step_length must "
-                "be None."
-            )
-        if self.robot.travel is None and self.objective.per_weight_and_travel:
-            raise InputError(
-                f"Robot {self.robot.name!r} does not travel; {self.objective.name!r} requires a robot that travels."
+                f"Robot {self.robot.name!r} does not travel: no coordinate moves the whole robot along the ground. "
+                f"speed and step_length must be None, got {self.speed} and {self.step_length}, and the objective must "
+                f"not be per travel, as 'cost_of_transport' is, got {self.objective.name!r}."
             )
         speed, step = self.speed_range, self.step_length_range
         for name, ends in (("speed", speed), ("step_length", step)):

@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gaitopt.model.planar.plausible_geometry import is_armed_behind, report_implausible_geometry
+from gaitopt.model.planar.undeclared_travel import state_undeclared_travel
 from gaitopt.model.plausible_sizes import report_implausible_sizes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.ground_penetration import Penetration
 from gaitopt.motion.motion import Array
 from gaitopt.motion.quantity_labels import state_value
+from gaitopt.ocp.multicontact.accuracy_advice import advise_on_accuracy, advise_on_magnification
 from gaitopt.ocp.multicontact.phase_grid import GridPhase
 from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
 from gaitopt.ocp.multicontact.planar_transcription import PlanarTranscription
@@ -29,7 +31,7 @@ REPLAYABLE = 1e-6
 
 
 def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a sentence for each implausible size or direction of the robot of a problem.
+    """Return a sentence for each implausible size or direction of the robot of a problem, and for undeclared travel.
 
     Parameters
     ----------
@@ -37,7 +39,9 @@ def report_implausible_robot(problem: PlanarProblem, values: Mapping[str, float]
     values : mapping of str to float
         Values of all parameters.
     """
+    undeclared = state_undeclared_travel(problem.robot, values)
     return (
+        *((f"{undeclared}.",) if undeclared else ()),
         *report_implausible_sizes(problem.robot, values, problem.step_length_range.lower),
         *report_implausible_geometry(problem.robot, values),
     )
@@ -74,27 +78,23 @@ def report_inaccuracy(
         Errors between nodes of the next coarser grid, if it was solved: more intervals are a remedy only if they
         decrease the error.
     """
-    worst, margins = find_worst_phase(transcription, errors), problem.margins
+    worst = find_worst_phase(transcription, errors)
     error = float(errors[worst.number])
     before = math.nan if coarser is None else float(coarser[worst.number])
     reason = f"a finer grid has no solution ({ending})" if ending else "the grid is not refined further"
-    remedy = (
-        "use a guess near a plausible motion, or PlanarLimits.coordinate, which excludes postures outside its ranges."
-    )
-    if not ending and error <= before / FALLING:
+    is_converging = not ending and error <= before / FALLING
+    if is_converging:
         reason += f", although this decreased the error from {before:.1e}"
-        remedy = f"use more intervals in this phase, {remedy.removeprefix('use ')}"
     elif not ending and math.isfinite(before):
         reason = (
             f"a finer grid does not decrease it sufficiently (from {before:.1e}), so that more intervals do not help"
         )
+    is_replayable = error <= REPLAYABLE
+    remedy = advise_on_accuracy(problem, worst, contacts, is_replayable=is_replayable, is_converging=is_converging)
     if contacts:
         remedy = (
             f"the normal force of {' and '.join(contacts)} is at its lower bound in this phase, where torques and "
-            "forces may change abruptly, however fine the grid. Use "
-            f"{'Collocation(tolerance=1e-6) if the plan then passes its replay, ' if error <= REPLAYABLE else ''}"
-            f"larger margins, such as Margins(normal_force={max(2 * margins.normal_force, 0.02):g}, separation="
-            f"{max(10 * margins.separation, 0.01):g}), or another guess."
+            f"forces may change abruptly, however fine the grid: {remedy}"
         )
     return (
         f"the error between nodes of {worst.place().label} is {error:.1e} on {worst.count} intervals, "
@@ -102,11 +102,12 @@ def report_inaccuracy(
     )
 
 
-def report_magnification(error: float, replay_error: float) -> str:
+def report_magnification(problem: PlanarProblem, error: float, replay_error: float) -> str:
     """Return a sentence on a plan whose replay is predicted to fail, and a remedy.
 
     Parameters
     ----------
+    problem : PlanarProblem
     error : float
         Error between nodes.
     replay_error : float
@@ -114,8 +115,8 @@ def report_magnification(error: float, replay_error: float) -> str:
     """
     return (
         f"the motion magnifies the error between nodes of {error:.1e} by a factor of {replay_error / error:.1g} to "
-        f"{replay_error:.1e} at the end of the replay, more than {REPLAYABLE:g}: use more intervals, "
-        "Collocation(points=8), or verify with Tolerances(state=...)."
+        f"{replay_error:.1e} at the end of the replay, more than {REPLAYABLE:g}: "
+        f"{advise_on_magnification(problem)}"
     )
 
 

@@ -296,7 +296,10 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
         durations = _durations(problem, number)
         result = start.solve(problem) if durations is None else start.solve_near(problem, durations)
         result = refine_plan(start, result, list(list_refinements(problem))[1:])
-    return _report(result, start)
+    gait = _report(result, start)
+    if result.problem.counts == problem.counts:
+        return gait
+    return gait.replace_fields(problem=gait.problem | {"stated_intervals": list(problem.counts)})
 
 
 def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:

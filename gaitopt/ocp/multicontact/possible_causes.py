@@ -8,8 +8,8 @@ from gaitopt.model.contacts.contact_state import ContactState
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.contact_entry import ContactEntry
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.gait import IMPLAUSIBLE
-from gaitopt.motion.phase_sequence import PhaseEvent
+from gaitopt.motion.gait import IMPLAUSIBLE, WITHOUT_IMPULSE
+from gaitopt.motion.phase_sequence import PhaseEvent, PhaseSequence
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.stated_changes import find_closing
 from gaitopt.ocp.multicontact.planar_infeasibility import RETRY
@@ -28,8 +28,9 @@ def remark_on_failure(problem: PlanarProblem, gait: PlanarGait) -> PlanarGait:
     """
     if gait.status not in (*RETRY, Status.PLAN_INACCURATE) or gait.solver.message == IMPLAUSIBLE:
         return gait
-    causes = (*report_unarmed_contacts(problem, gait.solver.conflicts), *report_soft_touchdowns(problem))
-    return gait.replace_fields(solver=gait.solver.replace_fields(warnings=(*gait.solver.warnings, *causes)))
+    causes = report_unarmed_contacts(problem, gait.solver.conflicts)
+    warnings = (*report_soft_touchdowns(problem), *gait.solver.warnings, *causes)
+    return gait.replace_fields(solver=gait.solver.replace_fields(warnings=warnings))
 
 
 def report_unarmed_contacts(problem: PlanarProblem, conflicts: Sequence[Conflict]) -> tuple[str, ...]:
@@ -68,21 +69,37 @@ def _is_on_another_body(feet: Sequence[ContactEntry], state: ContactState, body:
 
 def report_soft_touchdowns(problem: PlanarProblem) -> tuple[str, ...]:
     """Return a remark if a contact with the ground closes at an event without impulse, with the sequence of impacts."""
-    robot, sequence = problem.robot, problem.sequence
-    feet, events, names = {foot.name for foot in _list_feet(problem)}, list(sequence.events), list[str]()
-    for number, event in enumerate(sequence.events):
-        closing = feet.intersection(find_closing(sequence.describe_event(robot, number)))
-        if closing and not event.impact:
-            names += sorted(closing - set(names))
-            events[number] = PhaseEvent(True)
+    soft, names = _find_soft_touchdowns(problem), list[str]()
+    for closing in soft.values():
+        names += [name for name in closing if name not in names]
     if not names:
         return ()
-    try:
-        spelling = f": '{replace(sequence, events=tuple(events)).check(robot)}'"
-    except SequenceError:
-        spelling = ""
+    impacts = find_sequence_of_impacts(problem)
+    spelling = "" if impacts is None else f": '{impacts}'"
     closes = "closes" if len(names) == 1 else "close"
     return (
-        f"{' and '.join(names)} {closes} at '>', that is without impulse: speed, acceleration and force vanish at such "
+        f"{' and '.join(names)} {closes} at '>', {WITHOUT_IMPULSE}: speed, acceleration and force vanish at such "
         f"a touchdown. For a touchdown with an impact, write '|'{spelling}.",
     )
+
+
+def find_sequence_of_impacts(problem: PlanarProblem) -> PhaseSequence | None:
+    """Return the sequence with an impact at each touchdown without impulse; None if there is none, or it is invalid."""
+    soft, sequence = _find_soft_touchdowns(problem), problem.sequence
+    events = tuple(PhaseEvent(True) if number in soft else event for number, event in enumerate(sequence.events))
+    try:
+        return replace(sequence, events=events).check(problem.robot) if soft else None
+    except SequenceError:
+        return None
+
+
+def _find_soft_touchdowns(problem: PlanarProblem) -> dict[int, list[str]]:
+    """Return the contacts with the ground that close at each event without impulse."""
+    robot, sequence = problem.robot, problem.sequence
+    feet = {foot.name for foot in _list_feet(problem)}
+    closing = {
+        number: sorted(feet.intersection(find_closing(sequence.describe_event(robot, number))))
+        for number, event in enumerate(sequence.events)
+        if not event.impact
+    }
+    return {number: names for number, names in closing.items() if names}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gaitopt.model.contacts.impact_law import PlasticFrictional
 from gaitopt.motion.contact_sequence import ContactSequence
 from gaitopt.ocp.problem import GaitProblem
 
@@ -26,7 +27,8 @@ def explain_impossibility(sequence: ContactSequence, problem: GaitProblem) -> st
     Over a periodic step the tangential contact impulse balances the impulse of gravity along the slope, and the normal
     one that across it: their ratio is -tan(slope), whose absolute value is at most the coefficient of (static)
     friction.  If the foot slips in one direction in every phase and at the impact, the ratio is that of kinetic
-    friction instead.
+    friction instead.  The impulses of a custom impact law may have another ratio: the balance then excludes nothing.
+    An open place of a sequence stands for any mode.
 
     Parameters
     ----------
@@ -45,7 +47,8 @@ and no periodic gait exists unless friction is tan(slope) = 0
     modes = {*sequence.phases, sequence.impact}
     if any(mode.slips for mode in modes) and math.isinf(problem.friction):
         return "a foot cannot slip on infinite friction"
-    if {"friction", "slope"} & {*problem.free_ranges}:
+    law = problem.robot.contact_model.impact
+    if {"friction", "slope"} & {*problem.free_ranges} or type(law) is not PlasticFrictional:
         return ""
     steep = describe_steep_slope(problem.values)
     if steep and is_free_along_ground(problem.robot, problem.values, 0):

@@ -141,23 +141,38 @@ def report_implausible_angles(setting: str, limits: object) -> tuple[str, ...]:
     Examples
     --------
     >>> print(*report_implausible_angles("Limits.angle", {"th1": (-30, 30), "th2": 1.0}))
-    Limits.angle of th1 = (-30, 30) rad is implausible: a bound of an angle is at most 6.28 rad in size. If the value \
-is in degrees, state (-0.5236, 0.5236) rad.
+    Limits.angle of th1 = (-30, 30) rad is implausible: it is (-1719, 1719) deg, and a bound of an angle is at most \
+6.28 rad in size. If the value is in degrees, state (math.radians(-30), math.radians(30)).
     """
     named = {f" of {name}": bounds for name, bounds in limits.items()} if isinstance(limits, Mapping) else {"": limits}
     sentences = []
     for name, bounds in named.items():
         values = [float(bound) for bound in (bounds if isinstance(bounds, tuple | list) else [bounds])]  # type: ignore[arg-type]
         if any(2 * math.pi < abs(value) < math.inf for value in values):
-            stated, meant = (
+            stated, degrees, meant = (
                 texts[0] if len(texts) == 1 else f"({', '.join(texts)})"
-                for texts in ([f"{value:.6g}" for value in values], [f"{math.radians(value):.4g}" for value in values])
+                for texts in (
+                    [f"{value:.6g}" for value in values],
+                    [f"{math.degrees(value):.4g}" for value in values],
+                    [_state_in_degrees(value) for value in values],
+                )
             )
             sentences.append(
-                f"{setting}{name} = {stated} rad is implausible: a bound of an angle is at most 6.28 rad in size. If "
-                f"the value is in degrees, state {meant} rad."
+                f"{setting}{name} = {stated} rad is implausible: it is {degrees} deg, and a bound of an angle is at "
+                f"most 6.28 rad in size. If the value is in degrees, state {meant}."
             )
     return tuple(sentences)
+
+
+def _state_in_degrees(value: float) -> str:
+    """Return the expression of an angle in degrees, which may be infinite.
+
+    Examples
+    --------
+    >>> _state_in_degrees(30.0), _state_in_degrees(-math.inf)
+    ('math.radians(30)', '-math.inf')
+    """
+    return f"math.radians({value:.6g})" if math.isfinite(value) else f"{'-' if value < 0 else ''}math.inf"
 
 
 def _by_actuator(field_name: str, limit: float | Mapping[str, float], actuators: tuple[str, ...]) -> dict[str, float]:

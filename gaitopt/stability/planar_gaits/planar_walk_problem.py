@@ -14,6 +14,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.model.planar.planar_robot import PlanarRobot
+from gaitopt.model.planar.undeclared_travel import state_undeclared_travel
 from gaitopt.model.robot_formulation import formulate_planar_robot
 from gaitopt.model.robot_type import check_robot_type
 from gaitopt.motion.motion import Array
@@ -86,6 +87,8 @@ class PlanarWalkProblem:
         from gaitopt.simulation.planar_simulation.planar_simulator import check_event  # which imports scipy
 
         require_planar(self.robot, self.parameters)
+        if undeclared := state_undeclared_travel(self.robot, self.parameters):
+            raise InputError(f"{undeclared}.")
         check_event(self.robot, self.section)
         for what, names, known in (
             ("coordinates: there is no coordinate", self.coordinates, self.robot.coordinates),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from gaitopt.errors import join_reasons
 from gaitopt.motion.conflict import Conflict
-from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait
+from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, WITHOUT_IMPULSE, Gait
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.status import Status
 
@@ -39,14 +39,16 @@ def explain_failure(gait: Gait | PlanarGait, *, most_conflicts: int | None = Non
         return f"no gait found; {IMPLAUSIBLE}: {gait.solver.warnings[0]}"
     if NONEXISTENT in gait.solver.message:
         return gait.solver.message
+    causes = [warning for warning in gait.solver.warnings[:1] if WITHOUT_IMPULSE in warning]
     if gait.solver.conflicts:
-        return "no gait found; " + list_conflicts(gait.solver.conflicts, most_conflicts)
+        return "no gait found; " + join_reasons([*causes, list_conflicts(gait.solver.conflicts, most_conflicts)])
     if gait.status is Status.PLAN_INACCURATE:
         return "the plan is inaccurate: " + " ".join(gait.solver.warnings)
     if gait.solver.violations:
         worst = gait.solver.violations[0]
-        return f'no gait found; the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
-    return f"{gait.status.hint} ({gait.solver.message})"
+        violation = f'the best attempt violates "{worst.name}" ({worst.place}) by {worst.size:.2g}'
+        return "no gait found; " + join_reasons([*causes, violation])
+    return join_reasons([*causes, f"{gait.status.hint} ({gait.solver.message})"])
 
 
 def list_conflicts(conflicts: Sequence[Conflict], most: int | None = None) -> str:
