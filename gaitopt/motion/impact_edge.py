@@ -1,13 +1,16 @@
 """Sticking impacts at the edge of the friction cone, which small disturbances change into slipping ones."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.gait import Gait
-from gaitopt.motion.planar_gait import PlanarGait
+
+if TYPE_CHECKING:
+    from gaitopt.motion.planar_gait import PlanarGait
 
 EDGE = 2e-3
 """Largest distance of an impulse ratio from the friction, relative to it, at which an impact is at the edge: twice the
@@ -50,7 +53,7 @@ class ImpactEdge:
         )
 
 
-def find_impact_edges(gait: Gait | PlanarGait) -> list[ImpactEdge]:
+def find_impact_edges(gait: "Gait | PlanarGait") -> list[ImpactEdge]:
     """Return the sticking impacts of a solved gait at the edge of the friction cone.
 
     Examples
@@ -61,12 +64,11 @@ def find_impact_edges(gait: Gait | PlanarGait) -> list[ImpactEdge]:
     """
     if not gait.status.ok:
         return []
-    impacts = _list_planar_impacts(gait) if isinstance(gait, PlanarGait) else _list_impacts(gait)
+    impacts = _list_impacts(gait) if isinstance(gait, Gait) else _list_planar_impacts(gait)
     friction = gait.motion.parameters["friction"]
     edges = [ImpactEdge(name, abs(t) / n, friction) for name, t, n in impacts if n > LEAST_IMPULSE]
-    return [
-        edge for edge in edges if 0 < friction < np.inf and abs(edge.margin) <= EDGE
-    ]  # a custom law may permit more
+    # A custom law may permit more.
+    return [edge for edge in edges if 0 < friction < np.inf and abs(edge.margin) <= EDGE]
 
 
 def _list_impacts(gait: Gait) -> Iterator[tuple[str, float, float]]:
@@ -76,7 +78,7 @@ def _list_impacts(gait: Gait) -> Iterator[tuple[str, float, float]]:
             yield "the foot", float(jump.impulse[0]), float(jump.impulse[1])
 
 
-def _list_planar_impacts(gait: PlanarGait) -> Iterator[tuple[str, float, float]]:
+def _list_planar_impacts(gait: "PlanarGait") -> Iterator[tuple[str, float, float]]:
     """Yield the contacts of each body that sticks after an impact, and the sum of their impulses."""
     entries = gait.motion.contact_entries
     for event in gait.motion.events:

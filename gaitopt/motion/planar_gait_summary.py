@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.actuator_impulses import ActuatorImpulses
+from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_motion import PlanarEvent, PlanarMotion, PlanarSegment
 from gaitopt.motion.summary import ledger_facts, plain
@@ -67,7 +68,7 @@ def summarise_planar(gait: PlanarGait) -> dict[str, Any]:
         "solver": solver,
         "violations": violations,
         "conflicts": conflicts,
-        "warnings": list(warnings),
+        "warnings": [*warnings, *map(str, find_impact_edges(gait))],
         "problem": gait.problem,
         "versions": gait.versions,
     }

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.arguments import check_arguments
 from gaitopt.motion.energy import Ledger
 from gaitopt.motion.gait import Gait
+from gaitopt.motion.impact_edge import find_impact_edges
 
 if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import PlanarGait
@@ -61,7 +62,7 @@ def summarise(gait: "Gait | PlanarGait") -> dict[str, Any]:
         "solver": solver,
         "violations": violations,
         "conflicts": conflicts,
-        "warnings": list(warnings),
+        "warnings": [*warnings, *map(str, find_impact_edges(gait))],
         "problem": gait.problem,
         "versions": gait.versions,
     }

@@ -8,6 +8,7 @@ import pytest
 from gaitopt import Collocation, GaitProblem, Limits, Margins, compass_biped, load, solve
 from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.impact_edge import EDGE, ImpactEdge, find_impact_edges
+from gaitopt.motion.summary import summarise
 from gaitopt.ocp import solve_planar
 from gaitopt.status import Status
 from tests.ocp.multicontact_examples import walk
@@ -42,6 +43,7 @@ def test_a_sticking_impact_at_the_edge_is_remarked_with_the_margin_that_avoids_i
     assert "the sticking impact of the foot is at the edge of the friction cone: its impulse ratio of 0.1998" in text
     assert "only 0.1 % below the friction of 0.2" in text
     assert text.endswith("solve with Margins(impact_cone=0.1).")
+    assert text in summarise(edge)["warnings"]
 
 
 def test_a_gait_with_the_advised_margin_has_no_remark():
