@@ -1,4 +1,4 @@
-"""Files of failed solves: written by `gaitopt solve` without a result, and solved again by it."""
+"""Failed solves: their reason in one line, and their files, written by `gaitopt solve` and solved again by it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,6 +29,17 @@ class FailureFile:
 
     path: Path | None
     reason: str = ""
+
+
+def state_failure(gait: "AnyGait") -> str:
+    """Return the status of a gait that is not a verified solution, with the reason, in one line."""
+    from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT
+    from gaitopt.study.storage.failure_reason import explain_failure
+
+    reason = explain_failure(gait) or "it was not verified"
+    is_final = any(part in reason for part in (gait.status.hint, IMPLAUSIBLE, NONEXISTENT))
+    remedy = "" if is_final else f". {gait.status.hint}"
+    return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 
 def is_gait_file(path: Path) -> bool:

@@ -1,5 +1,6 @@
-"""Commands on one problem and its gait: solve, show, verify."""
+"""Commands on one problem and its gait: solve, show."""
 
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,19 +11,16 @@ import typer
 from gaitopt.cli.background_import import BackgroundImport
 from gaitopt.cli.options import (
     AngleUnit,
-    GaitFile,
     GuessColumns,
     GuessFile,
     Json,
     Quiet,
-    RobotScript,
     Setting,
     SolveSource,
     Verbose,
 )
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
@@ -90,7 +88,7 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
-    from gaitopt.cli.failed_solve import is_gait_file
+    from gaitopt.cli.failed_solve import is_gait_file, state_failure
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
@@ -126,7 +124,7 @@ def solve(
             err.print(_describe_interrupt(gait, path), soft_wrap=True)
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
-        print_reason(_state_failure(gait))
+        print_reason(state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
@@ -160,17 +158,6 @@ def _solve_and_import(
             observer(step)
 
         return solve_problem(problem, observer=observe)
-
-
-def _state_failure(gait: "Gait | PlanarGait") -> str:
-    """Return the status of a gait that is not a verified solution, with the reason, in one line."""
-    from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT
-    from gaitopt.study.storage.failure_reason import explain_failure
-
-    reason = explain_failure(gait) or "it was not verified"
-    is_final = any(part in reason for part in (gait.status.hint, IMPLAUSIBLE, NONEXISTENT))
-    remedy = "" if is_final else f". {gait.status.hint}"
-    return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 
 def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:
@@ -227,7 +214,8 @@ def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
         return "Interrupted: possible remedies are not all tested."
     if gait.verification is None:
         solved = "the gait is solved but not verified"
-        return f"Interrupted before the end of the replay: {solved}. To replay it: gaitopt verify {path}."
+        stored = shlex.join(["gaitopt", "verify", str(path), "-o", str(path.with_name(f"{path.stem}_verified.h5"))])
+        return f"Interrupted before the end of the replay: {solved}. To replay it: {stored}"
     return "Interrupted: the gait is verified, but the second-order conditions of its optimum are not checked."
 
 
@@ -348,40 +336,3 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
         print_json(facts | {"file": str(script)})
     else:
         out.print(str(problem), markup=False, highlight=False, soft_wrap=True)
-
-
-def verify(
-    file: GaitFile,
-    problem: RobotScript = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Replay a saved gait's torques in the event-driven simulator and compare the replay with the plan.
-
-    Exit status 0 if the gait passes, 1 otherwise.  The file is not changed.
-
-    Example: gaitopt verify compass_slip.h5
-    """
-    from gaitopt.cli.gait_output import print_gait
-    from gaitopt.cli.multistep_output import is_multistep_file, verify_multistep
-    from gaitopt.cli.script import load_any_gait
-    from gaitopt.motion.summary import summarise
-    from gaitopt.simulation.verification import verify as verify_gait
-
-    refuse_walk_script(file)
-    if is_multistep_file(file):
-        if problem is not None:
-            raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")
-        status = verify_multistep(file, json=json)
-        raise typer.Exit(0 if status.ok else 1)
-    gait = verify_gait(load_any_gait(file, problem))
-    if json:
-        print_json(summarise(gait) | {"file": str(file)})
-    else:
-        print_gait(gait)
-        out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
-    passed = gait.verification is not None and gait.verification.passed
-    if not (passed and gait.status.ok):
-        print_reason(_state_failure(gait))
-    raise typer.Exit(0 if passed and gait.status.ok else 1)
