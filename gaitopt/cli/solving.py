@@ -28,6 +28,7 @@ from gaitopt.status import Status
 if TYPE_CHECKING:
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.planar_gait import PlanarGait
+    from gaitopt.cli.failed_solve import SolveCommand
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 
@@ -77,7 +78,8 @@ def solve(
 
     If no gait is found, SCRIPT_failed.h5 (with -o FILE.h5: FILE_failed.h5) is written, which contains robot and
     problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.  For a robot with several contacts,
-    remedies are first tested by further solves.
+    remedies are first tested by further solves.  After Ctrl-C, SCRIPT_interrupted.h5 contains the last iterate, from
+    which --guess continues.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
@@ -88,20 +90,19 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
-    from gaitopt.cli.failed_solve import is_gait_file, state_failure
+    from gaitopt.cli.failed_solve import SolveCommand, state_failure
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
-    repeated = is_gait_file(source)
+    stated = SolveCommand(source=source, settings=setting or (), guess=guess, output=output)
     problem, script = _read_problem(source, setting)
     if is_multistep_problem(problem):
         status = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
         sys.exit(INTERRUPTED if status is Status.INTERRUPTED else 0 if status.ok else 1)
     problem, fit = start_from_file(problem, guess, column, angle_unit)
-    path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
-    check_gait_suffix(path)
-    check_writable(path)  # before the work, not after it
+    check_gait_suffix(stated.result)
+    check_writable(stated.result)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
     for remark in _list_implausible(problem):
@@ -115,13 +116,10 @@ def solve(
             gait, interrupted = _verify_and_certify(gait, display)
         elif not interrupted:
             gait, interrupted = _try_remedies(problem, gait, observer, display)
-    failure: tuple[Any, Path] | Path | None = None
-    if not (gait.status is Status.INTERRUPTED or gait.status.ok):
-        failure = source if repeated else (problem, path.with_name(f"{path.stem}_failed.h5"))
-    interrupted |= _save_and_report(gait, path, failure, json=json)
+    interrupted |= _save_and_report(gait, problem, stated, json=json)
     if interrupted:
         if gait.status is not Status.INTERRUPTED:
-            err.print(_describe_interrupt(gait, path), soft_wrap=True)
+            err.print(_describe_interrupt(gait, stated.result), soft_wrap=True)
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
         print_reason(state_failure(gait))
@@ -220,27 +218,24 @@ def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
 
 
 def _save_and_report(
-    gait: "Gait | PlanarGait",
-    path: Path,
-    failure: "tuple[GaitProblem | PlanarProblem, Path] | Path | None",
-    *,
-    json: bool,
+    gait: "Gait | PlanarGait", problem: "GaitProblem | PlanarProblem", command: "SolveCommand", *, json: bool
 ) -> bool:
-    """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted.
+    """Write and print a gait, or print why none exists and write the last iterate; return whether that was interrupted.
 
-    The failure is a problem and its file, or the file of a failed solve that was repeated, which is not written again.
+    The file of a failed solve that is repeated and fails again is not written again.
     """
-    from gaitopt.cli.failed_solve import report_failure, write_failure
+    from gaitopt.cli.failed_solve import report_failure, report_iterate, write_failure
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
     interrupted, written, failed = False, None, None
+    stopped = gait.status is Status.INTERRUPTED
     try:
         if gait.status.ok:
-            written = path  # a Ctrl-C is raised when the file is written
-            save(gait, path)
-        elif isinstance(failure, tuple):
-            failed = write_failure(gait, *failure)
+            written = command.result  # a Ctrl-C is raised when the file is written
+            save(gait, written)
+        elif stopped or not command.repeats:
+            failed = write_failure(gait, problem, command.failure(gait.status))
     except KeyboardInterrupt:
         interrupted = True
     if json:
@@ -252,8 +247,10 @@ def _save_and_report(
         print_gait(gait)
         if written:
             report_file(written)
-        else:
-            report_failure(failed, failure if isinstance(failure, Path) else None)
+        elif not stopped:
+            report_failure(failed, command.source if command.repeats else None)
+    if stopped and not json:
+        report_iterate(failed, command)
     return interrupted
 
 
