@@ -26,9 +26,9 @@ from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.cli.failed_solve import SolveCommand
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.planar_gait import PlanarGait
-    from gaitopt.cli.failed_solve import SolveCommand
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.ocp.problem import GaitProblem
 

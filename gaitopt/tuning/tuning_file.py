@@ -1,6 +1,7 @@
 """Files of tuned gains in JSON."""
 
 import math
+import shlex
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
@@ -144,13 +145,19 @@ class TunedGains:
         if unknown := [name for name in self.gains if name not in known]:
             raise InputError(
                 f"The law {family.name!r} has no gain {unknown[0]!r}, which was tuned. {suggest(unknown[0], known)} "
-                "If the law has changed, tune it again."
+                f"If the law has changed, tune it again{self._retune()}."
             )
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if complete and missing:
             raise InputError(
-                f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again."
+                f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again"
+                f"{self._retune()}."
             )
+
+    def _retune(self) -> str:
+        """Return the command that tunes the law again, after a colon; empty for a custom law of no script."""
+        named = self.family in (*FAMILIES, *SYNONYMS) or split_script_law(self.family)
+        return f": gaitopt tune GAIT --law {shlex.quote(self.family)}" if named else ""
 
     def _find_family(self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait) -> ControllerFamily:
         """Return the family of gaitopt or of the script that the file names."""
