@@ -31,6 +31,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_bounds
+from gaitopt.cli.verification_warning import warn_unverified
 from gaitopt.interrupts import record_interrupts
 from gaitopt.progress import TuningStep, VerificationStep
 
@@ -90,6 +91,7 @@ def tune(
         family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
         initial = family.law({gain.name: gain.start for gain in family.gains})
         used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
+        verified = warn_unverified(gait, file, hidden=json)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
@@ -98,7 +100,7 @@ def tune(
         tuned = _tune(gait, family, announcement, display, {**options, "engine": used})
         trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
     stated = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
-    _report_tuning(tuned, output, trials.describe(file, stated), json=json)
+    _report_tuning(tuned, output, trials.describe(file, stated), verified=verified, json=json)
     _exit(tuned, interrupted=trials.interrupted)
 
 
@@ -137,14 +139,17 @@ def _exit(tuned: "Tuning", *, interrupted: bool) -> NoReturn:
     raise typer.Exit(0 if tuned.stable else 1)
 
 
-def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, json: bool) -> None:
-    """Write the gains, and print the result of tuning, the remedy if the gait hardly recovers, and the file."""
+def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, verified: bool, json: bool) -> None:
+    """Write the gains, and print the result of tuning, the remedy if the gait hardly recovers, and the file.
+
+    `verified` is whether the gait has passed its replay.
+    """
     from gaitopt.tuning.tuning_file import save_tuning
 
     if output is not None:
         save_tuning(tuned, output)
     if json:
-        print_json(tuning_facts(tuned))
+        print_json(tuning_facts(tuned) | {"gait_verified": verified})
         return
     print_tuning(tuned, remedy)
     if output is not None:

@@ -37,7 +37,7 @@ KEYS = [
         "fixed_point_shift",
         "worse_than_open_loop",
     ),
-    *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds"),
+    *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds", "gait_verified"),
 ]
 
 
@@ -439,7 +439,9 @@ def test_gains_of_a_law_that_has_changed_are_refused_or_remarked(capsys, tmp_pat
     for command in (("stability", GAIT), ("export", GAIT, "-o", str(tmp_path / "law.c")), ("tune", GAIT)):
         code, said = run(capsys, command[0], *command[1:], "--law", gains)
         assert code == 2
-        assert "has no gain 'stiffness', which was tuned." in " ".join(said.err.split())
+        text = " ".join(said.err.split())
+        assert "has no gain 'stiffness', which was tuned." in text
+        assert text.endswith(f"If the law has changed, tune it again: gaitopt tune GAIT --law {script}:hip_spring.")
 
 
 def test_the_file_of_gains_of_an_earlier_version_finds_its_law_script(tmp_path, monkeypatch, script, slip_gait):

@@ -39,6 +39,7 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     for name, picture in (("plot", "two.png"), ("animate", "two.gif"), ("report", "two.html")):
         assert command(name, "two.h5", "-o", picture).status == 0
         assert (folder / picture).stat().st_size > 0
+    assert command("report", "two.h5", "--json").json["gait_verified"] == {"two": True}
     page = (folder / "two.html").read_text(encoding="utf-8")
     assert page.count("<tr>") >= 7
     assert "Force ratio and friction cone" in page
