@@ -209,7 +209,7 @@ def report(
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
     from gaitopt.cli.report_input import read_subjects
-    from gaitopt.cli.verification_warning import warn_unverified
+    from gaitopt.cli.verification_warning import warn_about_verification
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
     from gaitopt.report.sections import AnyCycle
@@ -221,7 +221,7 @@ def report(
         subjects = read_subjects(named, problem)
         written = write_report(subjects, path, title=title)
     verified = {
-        label: warn_unverified(gait, named[label], hidden=json, name=label)
+        label: warn_about_verification(gait, named[label], hidden=json, name=label)
         for label, gait in subjects.items()
         if not isinstance(gait, AnyCycle)  # found by simulation
     }

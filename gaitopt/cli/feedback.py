@@ -31,7 +31,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_bounds
-from gaitopt.cli.verification_warning import warn_unverified
+from gaitopt.cli.verification_warning import warn_about_verification
 from gaitopt.interrupts import record_interrupts
 from gaitopt.progress import TuningStep, VerificationStep
 
@@ -91,7 +91,7 @@ def tune(
         family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
         initial = family.law({gain.name: gain.start for gain in family.gains})
         used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
-        verified = warn_unverified(gait, file, hidden=json)
+        verified = warn_about_verification(gait, file, hidden=json)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
         announcement.begin()
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")

@@ -7,7 +7,7 @@ from typing import Any
 from gaitopt.cli.output import err
 
 
-def warn_unverified(gait: Any, file: Path, *, hidden: bool, name: str = "") -> bool:
+def warn_about_verification(gait: Any, file: Path, *, hidden: bool, name: str = "") -> bool:
     """Return whether a gait is verified; otherwise print a warning with the command that replays it.
 
     Parameters

@@ -27,6 +27,7 @@ from gaitopt.stability.recovery import PushTest, Recovery, find_largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
 from gaitopt.tuning.record import Trial, Tuning
+from gaitopt.tuning.tuned_gait import identify_gait
 from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
@@ -122,6 +123,7 @@ def tune_feedback(
         bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
         actuator_units=_list_actuator_units(robot),
+        gait=identify_gait(gait),
     )
 
 

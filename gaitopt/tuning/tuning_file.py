@@ -17,6 +17,7 @@ from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.summary import plain
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.controller_family import (
     FAMILIES,
@@ -62,6 +63,9 @@ class TunedGains:
         known, as in files of earlier versions.
     actuator_units : mapping of str to str
         Unit of the torque or force of each actuator; empty if it is not known, as in files of earlier versions.
+    gait : mapping
+        Quantities that identify the gait for which the gains were tuned, such as its speed; empty in files of earlier
+        versions.
     script_changed : bool
         Whether the script of the law has changed since the gains were tuned, so that radius and recovery may be others.
 
@@ -87,6 +91,7 @@ class TunedGains:
     search_interrupted: bool = False
     several_contacts: bool | None = None
     actuator_units: Mapping[str, str] = field(default_factory=dict)
+    gait: Mapping[str, Any] = field(default_factory=dict, repr=False)
     script_changed: bool = False
 
     def __repr__(self) -> str:
@@ -227,6 +232,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         "search_interrupted": tuned.search_interrupted,
         "several_contacts": None if tuned.law is None else isinstance(tuned.law, PlanarLaw),
         "actuator_units": dict(tuned.actuator_units),
+        "gait": plain(dict(tuned.gait)),
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
     return write_json(facts, path, KIND)
@@ -271,6 +277,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             verified=dict(facts.get("verified") or {}),
             search_interrupted=bool(facts.get("search_interrupted")),
             several_contacts=facts.get("several_contacts"),
+            gait=dict(facts.get("gait") or {}),
             actuator_units={str(name): str(unit) for name, unit in facts.get("actuator_units", {}).items()},
         )
 
