@@ -9,7 +9,7 @@ import typer
 from gaitopt.cli.engine_advice import engine_for_walks
 from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unstable, tuning_facts
 from gaitopt.cli.law_option import design_for
-from gaitopt.cli.law_trials import LawTrials, try_other_laws
+from gaitopt.cli.law_trials import LawTrials, count_trial_walks, try_other_laws
 from gaitopt.cli.options import (
     EngineName,
     Evaluations,
@@ -59,6 +59,9 @@ def tune(
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
+    no_trials: Annotated[
+        bool, typer.Option("--no-trials", help="Test no other laws if the gait recovers from negligible pushes only.")
+    ] = False,
     engine: EngineName = "auto",
     output: GainsOutput = None,
     json: Json = False,
@@ -87,18 +90,20 @@ def tune(
     announcement = TuningAnnouncement(search, test, hidden=json or quiet)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        family = _family_of(gait, law, torque_limit, stance_angle)
-        family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
+        bounds = read_bounds(bound, "--bound")
+        family = _replace_bounds(_family_of(gait, law, torque_limit, stance_angle), bounds)
         initial = family.law({gain.name: gain.start for gain in family.gains})
         used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
         verified = warn_about_verification(gait, file, hidden=json)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
-        announcement.begin()
+        skipped = no_trials or json or quiet
+        announcement.trial_walks = 0 if skipped else count_trial_walks(gait, family.name)
+        announcement.begin(law)
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
         objective = SensitivityNorm() if sensitivity else SpectralRadius()
         options = {"objective": objective, "frictions": tuple(friction or ()), "search": search, "test": test}
         tuned = _tune(gait, family, announcement, display, {**options, "engine": used})
-        trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
+        trials = LawTrials() if skipped else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
     stated = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
     _report_tuning(tuned, output, trials.describe(file, stated), verified=verified, json=json)
     _exit(tuned, interrupted=trials.interrupted)

@@ -15,8 +15,8 @@ import pytest
 import gaitopt
 from gaitopt import GainSearchOptions, PushTest, assess_stability, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
-from gaitopt.cli.feedback_output import print_endurance
 from gaitopt.cli.law_option import _warn_of_another_gait, _warn_of_changed_script, design_for, limit_for
+from gaitopt.cli.push_output import print_endurance
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
