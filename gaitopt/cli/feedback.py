@@ -44,6 +44,10 @@ if TYPE_CHECKING:
     from gaitopt.tuning.controller_family import ControllerFamily
     from gaitopt.tuning.record import Tuning
 
+NoTrials = Annotated[
+    bool, typer.Option("--no-trials", help="Test no other laws if the gait recovers from negligible pushes only.")
+]
+
 
 def tune(
     file: Source,
@@ -59,9 +63,7 @@ def tune(
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
-    no_trials: Annotated[
-        bool, typer.Option("--no-trials", help="Test no other laws if the gait recovers from negligible pushes only.")
-    ] = False,
+    no_trials: NoTrials = False,
     engine: EngineName = "auto",
     output: GainsOutput = None,
     json: Json = False,
@@ -87,22 +89,22 @@ def tune(
 
     search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
     test = PushTest(starts=starts, seed=seed, steps=steps)
-    announcement = TuningAnnouncement(search, test, hidden=json or quiet)
+    hidden, skipped = json or quiet, no_trials or json or quiet
+    announcement = TuningAnnouncement(search, test, hidden=hidden)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
         bounds = read_bounds(bound, "--bound")
         family = _replace_bounds(_family_of(gait, law, torque_limit, stance_angle), bounds)
         initial = family.law({gain.name: gain.start for gain in family.gains})
-        used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
+        used = engine_for_walks(gait, initial, engine, hidden=hidden)
         verified = warn_about_verification(gait, file, hidden=json)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
-        skipped = no_trials or json or quiet
         announcement.trial_walks = 0 if skipped else count_trial_walks(gait, family.name)
         announcement.begin(law)
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
-        objective = SensitivityNorm() if sensitivity else SpectralRadius()
-        options = {"objective": objective, "frictions": tuple(friction or ()), "search": search, "test": test}
-        tuned = _tune(gait, family, announcement, display, {**options, "engine": used})
+        options = {"frictions": tuple(friction or ()), "search": search, "test": test, "engine": used}
+        options["objective"] = SensitivityNorm() if sensitivity else SpectralRadius()
+        tuned = _tune(gait, family, announcement, display, options)
         trials = LawTrials() if skipped else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
     stated = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
     _report_tuning(tuned, output, trials.describe(file, stated), verified=verified, json=json)

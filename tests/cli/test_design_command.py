@@ -266,3 +266,13 @@ def test_other_problems_have_no_law_and_robust_ones_are_not_solved_alone(command
     run = command("solve", script(ROBUST))
     assert run.status == 2
     assert "gaitopt design" in run.err
+
+
+@pytest.mark.parametrize("verb", ["plot", "animate", "verify", "tune", "push"])
+def test_commands_on_results_name_the_command_that_solves_a_robust_problem(command, root, verb):
+    script = root / "problems/compass_robust.py"
+    run = command(verb, script)
+    assert run.status == 2
+    assert "is a script with a robust problem, not a" in run.err
+    assert f"run 'gaitopt design {script}' first" in run.err
+    assert "gaitopt solve" not in run.err
