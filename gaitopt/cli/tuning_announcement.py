@@ -101,11 +101,11 @@ class TuningAnnouncement:
     def announce_end(self) -> None:
         """Print after a Ctrl-C what is still computed, if it takes long."""
         if self._walks == 0 and not self._evaluation < SLOW:
-            unknown, seconds = math.isnan(self._evaluation), 2 * self._evaluation
-            longest = "" if unknown else f", which takes at most about {_show_duration(seconds)}"
+            longest = "" if math.isnan(self._evaluation) else f", which takes about {_show_duration(self._evaluation)}"
+            ended = "the search ends" if self._first_evaluated else "the first evaluation is completed"
             self._print(
-                "Interrupted: the present evaluation is completed, and the law of the best gains is assessed"
-                f"{longest}; a second Ctrl-C ends the command without a result."
+                f"Interrupted: {ended}, and the law of the best gains is assessed{longest}; a second Ctrl-C ends the "
+                "command without a result."
             )
 
     def _print(self, text: str) -> None:

@@ -45,7 +45,7 @@ def tune_feedback(
 ) -> Tuning:
     """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
 
-    Ctrl-C during the search ends it after the current evaluation and keeps the best gains so far, without
+    Ctrl-C during the search ends it, once gains have been evaluated, and keeps the best gains so far, without
     verification; `search_interrupted` is then True.  Ctrl-C during the verification ends it after the current walk and
     keeps the gains; `verified.interrupted` is then True.  A second Ctrl-C raises KeyboardInterrupt.
 
