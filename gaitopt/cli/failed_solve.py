@@ -79,6 +79,11 @@ class SolveCommand:
         inputs = {file.resolve() for file in (self.source, self.guess) if file is not None}
         return next(path for name in names if (path := result.with_name(f"{name}.h5")).resolve() not in inputs)
 
+    def remedy(self, number: int) -> Path:
+        """Return the file of the gait of a tested remedy, counted from 1."""
+        result = self.output or Path(f"{self.source.stem}.h5")
+        return result.with_name(f"{result.stem}_remedy_{number}.h5")
+
     def continue_from(self, iterate: Path) -> str:
         """Return the command that starts from an iterate."""
         words = [word for setting in self.settings for word in ("--set", setting)] + ["--guess", str(iterate)]

@@ -1,5 +1,6 @@
 """Commands on one problem and its gait: solve, show."""
 
+import functools
 import shlex
 import sys
 from collections.abc import Sequence
@@ -26,7 +27,7 @@ from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
-    from gaitopt.cli.failed_solve import SolveCommand
+    from gaitopt.cli.remedy_files import RemedyFiles
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -93,9 +94,11 @@ def solve(
     from gaitopt.cli.failed_solve import SolveCommand, state_failure
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
+    from gaitopt.cli.remedy_files import RemedyFiles
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
     stated = SolveCommand(source=source, settings=setting or (), guess=guess, output=output)
+    remedies = RemedyFiles(stated)
     problem, script = _read_problem(source, setting)
     if is_multistep_problem(problem):
         status = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
@@ -115,8 +118,8 @@ def solve(
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
         elif not interrupted:
-            gait, interrupted = _try_remedies(problem, gait, observer, display)
-    interrupted |= _save_and_report(gait, problem, stated, json=json)
+            gait, interrupted = _try_remedies(problem, gait, observer, display, remedies)
+    interrupted |= _save_and_report(gait, problem, remedies, json=json)
     if interrupted:
         if gait.status is not Status.INTERRUPTED:
             err.print(_describe_interrupt(gait, stated.result), soft_wrap=True)
@@ -190,7 +193,11 @@ def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[G
 
 
 def _try_remedies(
-    problem: "GaitProblem | PlanarProblem", gait: "Gait | PlanarGait", observer: SolveObserver, display: Display
+    problem: "GaitProblem | PlanarProblem",
+    gait: "Gait | PlanarGait",
+    observer: SolveObserver,
+    display: Display,
+    files: "RemedyFiles",
 ) -> "tuple[Gait | PlanarGait, bool]":
     """Return a failed solve, for several contacts with its tested remedies, and whether the test was interrupted."""
     from gaitopt.motion.planar_gait import PlanarGait
@@ -201,7 +208,7 @@ def _try_remedies(
         return gait, False
     display.describe("no gait was found; testing remedies")
     try:
-        return try_remedies(problem, gait, observer), False
+        return try_remedies(problem, gait, observer, keep=functools.partial(files.keep, problem)), False
     except KeyboardInterrupt:
         return gait, True
 
@@ -218,7 +225,7 @@ def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
 
 
 def _save_and_report(
-    gait: "Gait | PlanarGait", problem: "GaitProblem | PlanarProblem", command: "SolveCommand", *, json: bool
+    gait: "Gait | PlanarGait", problem: "GaitProblem | PlanarProblem", remedies: "RemedyFiles", *, json: bool
 ) -> bool:
     """Write and print a gait, or print why none exists and write the last iterate; return whether that was interrupted.
 
@@ -228,7 +235,7 @@ def _save_and_report(
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
-    interrupted, written, failed = False, None, None
+    interrupted, written, failed, command = False, None, None, remedies.command
     stopped = gait.status is Status.INTERRUPTED
     try:
         if gait.status.ok:
@@ -240,7 +247,8 @@ def _save_and_report(
         interrupted = True
     if json:
         files = {"file": written, "failure_file": failed and failed.path}
-        print_json(summarise(gait) | {name: None if file is None else str(file) for name, file in files.items()})
+        facts = {name: None if file is None else str(file) for name, file in files.items()}
+        print_json(summarise(gait) | facts | {"remedy_files": [str(file) for file in remedies.changes]})
     elif not out.quiet:
         from gaitopt.cli.gait_output import print_gait
 
@@ -249,6 +257,7 @@ def _save_and_report(
             report_file(written)
         elif not stopped:
             report_failure(failed, command.source if command.repeats else None)
+            remedies.report()
     if stopped and not json:
         report_iterate(failed, command)
     return interrupted

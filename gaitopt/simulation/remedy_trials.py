@@ -31,6 +31,9 @@ from gaitopt.status import Status
 Trial = Callable[[PlanarProblem], bool]
 """Solve and replay of a problem: whether it has a verified gait."""
 
+Keep = Callable[[PlanarProblem, PlanarGait], None]
+"""Receives each verified gait with its problem, which differs from the stated one."""
+
 CHANGES = (1.0, 1.3)
 """Changes of a limit that are tried, relative to the one that suffices at the nodes of a coarse grid."""
 
@@ -60,7 +63,13 @@ MOST_LIMITS = 3
 """Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
 
 
-def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent) -> PlanarGait:
+def discard_gait(problem: PlanarProblem, gait: PlanarGait) -> None:
+    """Keep no gait."""
+
+
+def try_remedies(
+    problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent, *, keep: Keep = discard_gait
+) -> PlanarGait:
     """Return a failed solve with the limits, thresholds, sequence and slope that lead to a verified gait.
 
     Each of the first conflicting limits that suffice alone is relaxed, the thresholds in `armed` are lowered if they
@@ -78,6 +87,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     failure : PlanarGait
         Result of its solve.
     observer : Observer, optional
+    keep : callable, optional
+        Receives each verified gait with its problem.
 
     Raises
     ------
@@ -96,7 +107,7 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
         return failure
     longest = max(LONGEST_SHARE * report.solve_seconds, LEAST_TIME)
     solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
-    is_solved = functools.partial(_is_solved, solver=solver, observer=observer)
+    is_solved = functools.partial(_is_solved, solver=solver, observer=observer, keep=keep)
     if failure.status is Status.PLAN_INACCURATE:
         found = _try_later_touchdown(problem, failure, is_solved)
         return failure.replace_fields(solver=report.replace_fields(warnings=(*found, *report.warnings)))
@@ -111,7 +122,7 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
         warnings = [*lower, *(each for each in warnings if each not in wrong)]
     elif not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
-        stronger = tuple(_try_stronger_actuators(problem, solver, observer))
+        stronger = tuple(_try_stronger_actuators(problem, solver, observer, keep))
         if variants := stronger or tuple(_try_variants(problem, is_solved)):  # the sequence is then possible
             warnings = [*variants, *(each for each in warnings if each not in suspects)]
         else:
@@ -192,7 +203,7 @@ def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> 
     return replace(conflict, verified=False)
 
 
-def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> Iterator[str]:
+def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> Iterator[str]:
     """Yield a sentence if a gait is verified with larger limits of the actuators, except of idle ones.
 
     The actuators may be too weak together, or a motion on a coarse grid far from a gait may hide that they are.
@@ -206,7 +217,7 @@ def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Obs
     if strong == limits:
         return
     patient = evolve(solver, max_iterations=2 * MOST_ITERATIONS)  # the first guess of torques is far from the optimum
-    gait = _solve_trial(problem.replace(limits=evolve(problem.limits, torque=strong)), patient, observer)
+    gait = _solve_trial(problem.replace(limits=evolve(problem.limits, torque=strong)), patient, observer, keep)
     if gait is None:
         return
     peaks = dict(zip(actuators, abs(gait.motion.channel("torque")).max(axis=1), strict=True))
@@ -260,17 +271,20 @@ def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
         return None
 
 
-def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> bool:
+def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> bool:
     """Return whether a problem has a gait that passes its replay."""
-    return _solve_trial(problem, solver, observer) is not None
+    return _solve_trial(problem, solver, observer, keep) is not None
 
 
-def _solve_trial(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> PlanarGait | None:
-    """Return a gait that passes its replay, or None; a guess for another sequence is not accepted."""
+def _solve_trial(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> PlanarGait | None:
+    """Return a gait that passes its replay and is kept, or None; a guess for another sequence is not accepted."""
     try:
         gait = solve_from_guess(problem, solver, observer)
     except InputError:
         return None
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return gait if gait.status.ok and verify_planar(gait).status.ok else None
+    if not (gait.status.ok and (verified := verify_planar(gait)).status.ok):
+        return None
+    keep(problem, verified)
+    return verified
