@@ -182,7 +182,7 @@ def _solve_problem(
     if problem.sequence.is_open:
         return _solve_open(problem, starts or 1, solver, homotopy, observer)
     if reason := explain_impossibility(problem.sequence, problem):
-        return _refuse(problem, reason, observer)
+        return _refuse(problem, reason)
     if problem.stability is not None and _is_new(problem):
         return _solve_with_stability(problem, starts, solver, observer)
     plans = InaccuratePlans()
@@ -196,13 +196,13 @@ def _solve_problem(
     return _best([*gaits, *conclusions])
 
 
-def _refuse(problem: GaitProblem, reason: str, observer: SolveObserver) -> Gait:
-    """Return the failure of a problem with an impossible contact sequence, after one iteration from its guess."""
-    gait = solve_from_start(problem, _start(problem, 0), Ipopt(max_iterations=1), observer)
+def _refuse(problem: GaitProblem, reason: str) -> Gait:
+    """Return the failure of a problem that is known to have no solution; its motion is near that of its guess."""
+    gait = solve_from_start(problem, _start(problem, 0), Ipopt(max_iterations=1), silent)
     if gait.status is Status.INTERRUPTED:
         return gait
     failure = gait.with_failure(Status.INFEASIBLE, reason)
-    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
+    return failure.replace_fields(solver=failure.solver.replace_fields(iterations=0, violations=()))
 
 
 def _count_retries(problem: GaitProblem) -> int:

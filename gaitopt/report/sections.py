@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import Facts, tabulate_gait
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.solve_table import Facts
 from gaitopt.motion.verification_remark import remark_on_verification
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex

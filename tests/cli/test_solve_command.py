@@ -380,5 +380,7 @@ def test_a_slope_without_a_gait_is_reported_without_the_remedies_of_a_failed_sol
     said = " ".join(run.out.split())
     assert "infeasible: The problem was not solved, since no periodic gait exists; the reason is stated below." in said
     assert "tan(slope) = 0.364 exceeds friction 0.14" in said
+    assert said.partition("no verified gait")[0].endswith("or friction of at least 0.364 ")  # no iteration, no time
+    assert command(*words, "--json").json["solver"]["iterations"] == 0
     assert quiet.err.startswith("infeasible: tan(slope) = 0.364 exceeds friction 0.14")
     assert not any("another contact sequence" in text for text in (run.out, quiet.err))

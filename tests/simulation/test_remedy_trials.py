@@ -10,7 +10,8 @@ from gaitopt import Status
 from gaitopt.cli.remedy_files import describe_changes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import IMPLAUSIBLE
-from gaitopt.motion.gait_table import NOT_YET_VERIFIED, describe_status, list_remarks
+from gaitopt.motion.gait_table import describe_status
+from gaitopt.motion.solve_table import NOT_YET_VERIFIED, list_remarks
 from gaitopt.ocp import PlanarLimits, solve_planar
 from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, lower_arming_thresholds
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
