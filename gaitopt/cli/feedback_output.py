@@ -2,6 +2,7 @@
 
 import math
 import statistics
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -128,7 +129,9 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
     verified = tuned.verified
-    pushes = f"some pushes of at most {verified.beyond:.2g} rad/s{_count_failures(verified)}"
+    pushes = (
+        f"some pushes of at most {verified.beyond:.2g} rad/s{describe_failures(verified.starts, verified.failures)}"
+    )
     if verified.failure == SLOW:
         return (
             f"the walks after {pushes} approach the gait, but do not return to it (within {verified.tolerance:g}) in "
@@ -137,7 +140,7 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
             f"Python PushTest(steps={2 * verified.steps})"
         )
     outcomes = {ENDED: "end the walk", LEFT: "lead away from the gait"}
-    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + _count_ends(verified)
+    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + describe_ends(verified.ends)
     recovered = f"at most {verified.radius:.2g} rad/s" if verified.radius else "none of the tested ones"
     warning = (
         f"the law stabilises the gait, but it recovers reliably only from negligible pushes ({recovered}; pushes below "
@@ -165,14 +168,14 @@ def list_other_laws(family: str, *, several_contacts: bool) -> list[str]:
     return [law for law in (PLANAR_LAWS if several_contacts else LAWS) if law not in (OPEN_LOOP, family)]
 
 
-def _count_ends(verified: "Recovery") -> str:
+def describe_ends(ended: Mapping[str, int]) -> str:
     """Return how the walks that end do so with their numbers, in parentheses; empty if they were not counted."""
-    ends = sorted(verified.ends.items(), key=lambda item: -item[1])
+    ends = sorted(ended.items(), key=lambda item: -item[1])
     texts = [f"{ENDS.get(key, key.replace('_', ' '))}: {count}" for key, count in ends]
     return f" ({', '.join(texts)})" if texts else ""
 
 
-def _count_failures(verified: "Recovery") -> str:
+def describe_failures(starts: int, failures: Mapping[str, int]) -> str:
     """Return how many walks do not return for which reason, in parentheses; empty if they were not counted."""
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
@@ -181,9 +184,9 @@ def _count_failures(verified: "Recovery") -> str:
         LEFT: ("leads away from the gait", "lead away from the gait"),
         SLOW: ("approaches it too slowly", "approach it too slowly"),
     }
-    numbers = {reason: verified.failures[reason] for reason in texts if verified.failures.get(reason)}
+    numbers = {reason: failures[reason] for reason in texts if failures.get(reason)}
     counts = [f"{number} {texts[reason][number != 1]}" for reason, number in numbers.items()]
-    return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
+    return f" (of {format_count(starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
 def verification_text(verified: "Recovery", *, search_interrupted: bool = False) -> str:

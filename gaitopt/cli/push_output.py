@@ -12,7 +12,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from gaitopt.cli.feedback_output import describe_settling
+from gaitopt.cli.feedback_output import describe_ends, describe_failures, describe_settling
 from gaitopt.cli.output import out
 from gaitopt.motion.printable import format_count, format_radius
 from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
@@ -123,6 +123,9 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         table.add_row(each["kind"], f"{survived:.4g}", "-" if math.isnan(failed) else f"{failed:.4g}", unit)
     if facts["survived"]:
         out.print(table)
+    for each in facts["survived"]:
+        if each["kind"] == "push" and (reason := _explain_small_push(facts, each)):
+            out.print(f"push: {reason}", soft_wrap=True)
     for name, recovery in basins.items():
         text = "no periodic gait to return to"
         if recovery is not None:
@@ -131,6 +134,25 @@ def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]")
         out.print(f"{name}: {text}", soft_wrap=True)
     if missing := facts.get("missing"):
         out.print(f"not tested, since the test was interrupted: {', '.join(missing)}", soft_wrap=True)
+
+
+def _explain_small_push(facts: dict[str, Any], push: dict[str, Any]) -> str:
+    """Return why only negligible pushes are survived; empty if larger ones are, or the reason is not known."""
+    from gaitopt.stability.unreturned_walk import SLOW
+
+    if facts["radius"] >= 1:
+        return f"none is survived, since the gait is unstable (spectral radius {format_radius(facts['radius'])})"
+    failures = push.get("failures")
+    if not failures:
+        return ""
+    counts, ends = describe_failures(facts.get("starts", 0), failures), describe_ends(push.get("ends", {}))
+    text = f"some walks after pushes of at most {push['failed']:.2g} rad/s do not return{counts}{ends}"
+    if set(failures) != {SLOW}:
+        return text
+    return (
+        f"{text}: none ends or leads away from the gait, but the return takes more steps than are tested ('gaitopt "
+        "tune --steps' tests more)"
+    )
 
 
 def _explain_margins(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> str:
