@@ -26,7 +26,7 @@ MODULES = {
     "new": "setup",
     "solve": "solving",
     "show": "solving",
-    "verify": "solving",
+    "verify": "verify_command",
     "design": "design_command",
     "plot": "exporting",
     "animate": "exporting",

@@ -1,6 +1,7 @@
 """The command on design: parameters of a walker optimised with one gait or a family of gaits."""
 
 import math
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -72,9 +73,9 @@ def design(
 
     source = read_script(script, setting)
     stated = _add_record(source(), source.record())
-    folder = output or Path(script.stem)
+    folder, repeat = output or Path(script.stem), _repeat_command(script, setting, output, law)
     if (robust := _state_robust(stated, law)) is not None:
-        design_robust(robust, folder, script.stem, count=count, json=json)
+        design_robust(robust, folder, script.stem, count=count, repeat=repeat, json=json)
     paths = [folder / f"{script.stem}_{number}.h5" for number in range(1, _count_gaits(stated, script) + 1)]
     with create_folder(folder):
         for path in paths:
@@ -90,14 +91,27 @@ def design(
         for path in written:
             report_file(path)
         if not ok:
-            out.print(f"{NOT_SOLVED}: to repeat the design, keep {source.record().command_text}", soft_wrap=True)
             if earlier := describe_earlier(paths):
                 out.print(earlier, soft_wrap=True)
+            out.print(f"{NOT_SOLVED}. To repeat the design: {repeat}", soft_wrap=True)
     if result.status is Status.INTERRUPTED:
         sys.exit(INTERRUPTED)  # the results already contain the status
     if not ok:
         _print_status(result)
     raise typer.Exit(0 if ok else 1)
+
+
+def _repeat_command(script: Path, settings: list[str] | None, output: Path | None, law: str | None) -> str:
+    """Return the command that repeats a design.
+
+    Examples
+    --------
+    >>> _repeat_command(Path("walker.py"), ["friction=0.2"], None, "lqr")
+    'gaitopt design walker.py --set friction=0.2 --law lqr'
+    """
+    words = [word for setting in settings or () for word in ("--set", setting)]
+    words += [*(() if output is None else ("-o", str(output))), *(() if law is None else ("--law", law))]
+    return shlex.join(["gaitopt", "design", str(script), *words])
 
 
 def _print_status(result: "FamilyGaits") -> None:

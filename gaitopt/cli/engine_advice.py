@@ -38,8 +38,8 @@ def engine_for_walks(gait: "AnyGait", law: Any, name: str, *, hidden: bool) -> "
     engine = planar_engine_for_walks(gait, law)
     if engine.name == "heyoka" and not hidden:
         err.print(
-            "The feedback is stiff: the heyoka engine simulates the walks, after a compilation of some seconds "
-            "(--engine scipy selects the other engine).",
+            "The feedback is stiff: the heyoka engine simulates the walks, after a compilation that may take from "
+            "some seconds to some minutes (--engine scipy selects the other engine).",
             soft_wrap=True,
         )
     return engine

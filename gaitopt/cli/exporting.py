@@ -22,7 +22,7 @@ from gaitopt.cli.options import (
     Verbose,
     label_files,
 )
-from gaitopt.cli.output import err, out, report_file
+from gaitopt.cli.output import err, out, print_json, report_file
 from gaitopt.cli.output_files import EXPORTS, SWEEP_EXPORTS
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.walk_script import refuse_walk_script
@@ -209,15 +209,26 @@ def report(
     Example: gaitopt report slip.h5 stick.h5 -o report.html
     """
     from gaitopt.cli.report_input import read_subjects
+    from gaitopt.cli.verification_warning import warn_about_verification
     from gaitopt.motion.atomic import check_writable
     from gaitopt.report.page import write_report
+    from gaitopt.report.sections import AnyCycle
 
     named = label_files(files)
     path = output or Path(f"{files[0].stem}.html" if len(files) == 1 else "report.html")
     check_writable(path)
     with show_progress("writing the report", hidden=json):
-        written = write_report(read_subjects(named, problem), path, title=title)
-    report_file(written, json=json)
+        subjects = read_subjects(named, problem)
+        written = write_report(subjects, path, title=title)
+    verified = {
+        label: warn_about_verification(gait, named[label], hidden=json, name=label)
+        for label, gait in subjects.items()
+        if not isinstance(gait, AnyCycle)  # found by simulation
+    }
+    if json:
+        print_json({"file": str(written), "gait_verified": verified})
+    else:
+        report_file(written)
 
 
 def export_sweep(file: Path, output: Path, sequence: str | None, *, quiet: bool) -> Path:

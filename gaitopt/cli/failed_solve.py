@@ -1,14 +1,17 @@
-"""Files of failed solves: written by `gaitopt solve` without a result, and solved again by it."""
+"""Failed solves: their reason in one line, and their files, written by `gaitopt solve` and solved again by it."""
 
+import itertools
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitopt.cli.output import out
+from gaitopt.cli.output import err, out
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError, InputError
 from gaitopt.motion.atomic import GAIT_SUFFIXES
 from gaitopt.ocp.problem import GaitProblem
+from gaitopt.status import Status
 
 if TYPE_CHECKING:
     from gaitopt.motion.planar_gait import AnyGait
@@ -29,6 +32,74 @@ class FailureFile:
 
     path: Path | None
     reason: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolveCommand:
+    """The files and settings of a `gaitopt solve`, from which those of a solve without a result follow.
+
+    Attributes
+    ----------
+    source : Path
+        Problem script, or file of a failed solve.
+    settings : sequence of str
+        ``NAME=VALUE``.
+    guess, output : Path or None
+
+    Examples
+    --------
+    >>> command = SolveCommand(source=Path("walk.py"), settings=["friction=0.2"])
+    >>> command.continue_from(Path("walk_interrupted.h5"))
+    'gaitopt solve walk.py --set friction=0.2 --guess walk_interrupted.h5'
+    """
+
+    source: Path
+    settings: Sequence[str] = ()
+    guess: Path | None = None
+    output: Path | None = None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the source is the file of a failed solve."""
+        return is_gait_file(self.source)
+
+    @property
+    def result(self) -> Path:
+        """The file of the gait."""
+        return self.output or Path(f"{self.source.stem}{'_solved' if self.repeats else ''}.h5")
+
+    def failure(self, status: Status) -> Path:
+        """Return the file of a solve without a result: FILE_failed.h5, after an interrupt FILE_interrupted.h5.
+
+        A number is appended if this file is an input of the command.
+        """
+        result = self.output or Path(f"{self.source.stem}.h5")
+        stem = f"{result.stem}_{'interrupted' if status is Status.INTERRUPTED else 'failed'}"
+        names = itertools.chain([stem], (f"{stem}_{number}" for number in itertools.count(2)))
+        inputs = {file.resolve() for file in (self.source, self.guess) if file is not None}
+        return next(path for name in names if (path := result.with_name(f"{name}.h5")).resolve() not in inputs)
+
+    def remedy(self, number: int) -> Path:
+        """Return the file of the gait of a tested remedy, counted from 1."""
+        result = self.output or Path(f"{self.source.stem}.h5")
+        return result.with_name(f"{result.stem}_remedy_{number}.h5")
+
+    def continue_from(self, iterate: Path) -> str:
+        """Return the command that starts from an iterate."""
+        words = [word for setting in self.settings for word in ("--set", setting)] + ["--guess", str(iterate)]
+        words += [] if self.output is None else ["-o", str(self.output)]
+        return shlex.join(["gaitopt", "solve", str(self.source), *words])
+
+
+def state_failure(gait: "AnyGait") -> str:
+    """Return the status of a gait that is not a verified solution, with the reason, in one line."""
+    from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT
+    from gaitopt.study.storage.failure_reason import explain_failure
+
+    reason = explain_failure(gait) or "it was not verified"
+    is_final = any(part in reason for part in (gait.status.hint, IMPLAUSIBLE, NONEXISTENT))
+    remedy = "" if is_final else f". {gait.status.hint}"
+    return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
 
 
 def is_gait_file(path: Path) -> bool:
@@ -68,6 +139,16 @@ def write_failure(gait: "AnyGait", problem: "GaitProblem | PlanarProblem", path:
         return FailureFile(save(gait, path), gait.problem[KEY].get(REASON, ""))
     except (ArchiveError, InputError) as error:
         return FailureFile(None, str(error))
+
+
+def report_iterate(failure: FailureFile | None, command: SolveCommand) -> None:
+    """Print what was written of an interrupted solve, and the command that continues from it; also with ``--quiet``."""
+    if failure is None or failure.path is None:
+        text = f"Interrupted; no result was written{'' if failure is None else f': {failure.reason}'}"
+    else:
+        iterate = f"wrote {failure.path} with the last iterate, which is not a solution"
+        text = f"Interrupted; {iterate}. To continue from it: {command.continue_from(failure.path)}"
+    (err if out.quiet else out).print(text, soft_wrap=True)
 
 
 def report_failure(failure: FailureFile | None, repeated: Path | None = None) -> None:

@@ -9,7 +9,7 @@ import typer
 from gaitopt.cli.engine_advice import engine_for_walks
 from gaitopt.cli.feedback_output import interrupt_text, print_tuning, print_unstable, tuning_facts
 from gaitopt.cli.law_option import design_for
-from gaitopt.cli.law_trials import LawTrials, try_other_laws
+from gaitopt.cli.law_trials import LawTrials, count_trial_walks, try_other_laws
 from gaitopt.cli.options import (
     EngineName,
     Evaluations,
@@ -31,6 +31,7 @@ from gaitopt.cli.options import (
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_bounds
+from gaitopt.cli.verification_warning import warn_about_verification
 from gaitopt.interrupts import record_interrupts
 from gaitopt.progress import TuningStep, VerificationStep
 
@@ -42,6 +43,10 @@ if TYPE_CHECKING:
     from gaitopt.simulation.planar_simulation.planar_engine import PlanarEngine
     from gaitopt.tuning.controller_family import ControllerFamily
     from gaitopt.tuning.record import Tuning
+
+NoTrials = Annotated[
+    bool, typer.Option("--no-trials", help="Test no other laws if the gait recovers from negligible pushes only.")
+]
 
 
 def tune(
@@ -58,6 +63,7 @@ def tune(
     samples: Annotated[int, typer.Option(min=0, help="Number of random sets of gains that are evaluated first.")] = 8,
     evaluations: Evaluations = 60,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of the search and of the random starts.")] = 0,
+    no_trials: NoTrials = False,
     engine: EngineName = "auto",
     output: GainsOutput = None,
     json: Json = False,
@@ -83,22 +89,25 @@ def tune(
 
     search = GainSearchOptions(samples=samples, evaluations=evaluations, seed=seed)
     test = PushTest(starts=starts, seed=seed, steps=steps)
-    announcement = TuningAnnouncement(search, test, hidden=json or quiet)
+    hidden, skipped = json or quiet, no_trials or json or quiet
+    announcement = TuningAnnouncement(search, test, hidden=hidden)
     with show_progress("tuning", hidden=json) as display:
         gait = load_feedback_gait(file, problem)
-        family = _family_of(gait, law, torque_limit, stance_angle)
-        family = _replace_bounds(family, read_bounds(bound, "--bound"))  # errors are raised before the plan is printed
+        bounds = read_bounds(bound, "--bound")
+        family = _replace_bounds(_family_of(gait, law, torque_limit, stance_angle), bounds)
         initial = family.law({gain.name: gain.start for gain in family.gains})
-        used = engine_for_walks(gait, initial, engine, hidden=json or quiet)
+        used = engine_for_walks(gait, initial, engine, hidden=hidden)
+        verified = warn_about_verification(gait, file, hidden=json)
         announcement.advice = _recommend_engine(gait, used, hidden=json)
-        announcement.begin()
+        announcement.trial_walks = 0 if skipped else count_trial_walks(gait, family.name)
+        announcement.begin(law)
         display.describe(f"first evaluation of at most {search.evaluations_in_total}")
-        objective = SensitivityNorm() if sensitivity else SpectralRadius()
-        options = {"objective": objective, "frictions": tuple(friction or ()), "search": search, "test": test}
-        tuned = _tune(gait, family, announcement, display, {**options, "engine": used})
-        trials = LawTrials() if json or quiet else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
+        options = {"frictions": tuple(friction or ()), "search": search, "test": test, "engine": used}
+        options["objective"] = SensitivityNorm() if sensitivity else SpectralRadius()
+        tuned = _tune(gait, family, announcement, display, options)
+        trials = LawTrials() if skipped else try_other_laws(gait, tuned, torque_limit, stance_angle, display)
     stated = {"--problem": problem, "--torque-limit": torque_limit, "--stance-angle": stance_angle or None}
-    _report_tuning(tuned, output, trials.describe(file, stated), json=json)
+    _report_tuning(tuned, output, trials.describe(file, stated), verified=verified, json=json)
     _exit(tuned, interrupted=trials.interrupted)
 
 
@@ -137,14 +146,17 @@ def _exit(tuned: "Tuning", *, interrupted: bool) -> NoReturn:
     raise typer.Exit(0 if tuned.stable else 1)
 
 
-def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, json: bool) -> None:
-    """Write the gains, and print the result of tuning, the remedy if the gait hardly recovers, and the file."""
+def _report_tuning(tuned: "Tuning", output: Path | None, remedy: str, *, verified: bool, json: bool) -> None:
+    """Write the gains, and print the result of tuning, the remedy if the gait hardly recovers, and the file.
+
+    `verified` is whether the gait has passed its replay.
+    """
     from gaitopt.tuning.tuning_file import save_tuning
 
     if output is not None:
         save_tuning(tuned, output)
     if json:
-        print_json(tuning_facts(tuned))
+        print_json(tuning_facts(tuned) | {"gait_verified": verified})
         return
     print_tuning(tuned, remedy)
     if output is not None:

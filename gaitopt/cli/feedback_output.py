@@ -1,14 +1,10 @@
-"""Output of the commands on feedback."""
+"""Output of the command that tunes feedback."""
 
-import dataclasses
 import math
-import shlex
 import statistics
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -17,17 +13,12 @@ from gaitopt.cli.law_option import OPEN_LOOP
 from gaitopt.cli.options import LAWS
 from gaitopt.cli.output import err, out, verdict_text
 from gaitopt.motion.printable import format_count, format_radius
-from gaitopt.motion.quantity_labels import in_shown_unit, show_unit
 from gaitopt.motion.summary import plain
 from gaitopt.status import Stop
 
 if TYPE_CHECKING:
     from gaitopt.stability.recovery import Recovery
-    from gaitopt.study.robustness.robustness_record import RobustnessRecord
     from gaitopt.tuning.record import Tuning
-
-RECOVERY = "recovery"
-"""Name of the test that measures the fraction of pushes in a ball after which the walker returns."""
 
 ENDS = {
     Stop.FELL.key: "the walker falls",
@@ -43,16 +34,6 @@ ENDS = {
 
 FEW_STARTS = 5
 """Number of starts below which a verification does not determine a margin."""
-
-UNITS = {"friction patch": "coefficient of friction"}
-"""Texts in the column of units, for kinds of disturbances without a unit."""
-
-EXPLANATIONS = {
-    "slope": "Slopes: changes relative to the slope of the gait.",
-    "friction patch": "Friction patch: decrease of the coefficient of friction in the first five steps.",
-    "torque noise": "Torque noise: standard deviation.",
-}
-"""Explanations of kinds of disturbances, by a part of their names."""
 
 
 def tuning_facts(tuned: "Tuning") -> dict[str, Any]:
@@ -143,11 +124,14 @@ def _describe_bounds(tuned: "Tuning", *, several_contacts: bool) -> str:
 
 def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
     """Return a warning on a gait that recovers from negligible pushes only, and a tested remedy or possible ones."""
+    from gaitopt.control.planar_laws.planar_law import PlanarLaw
     from gaitopt.stability.recovery import NEGLIGIBLE_PUSH
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
     verified = tuned.verified
-    pushes = f"some pushes of at most {verified.beyond:.2g} rad/s{_count_failures(verified)}"
+    pushes = (
+        f"some pushes of at most {verified.beyond:.2g} rad/s{describe_failures(verified.starts, verified.failures)}"
+    )
     if verified.failure == SLOW:
         return (
             f"the walks after {pushes} approach the gait, but do not return to it (within {verified.tolerance:g}) in "
@@ -156,7 +140,7 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
             f"Python PushTest(steps={2 * verified.steps})"
         )
     outcomes = {ENDED: "end the walk", LEFT: "lead away from the gait"}
-    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + _count_ends(verified)
+    outcome = outcomes.get(verified.failure, "end the walk or lead away from the gait") + describe_ends(verified.ends)
     recovered = f"at most {verified.radius:.2g} rad/s" if verified.radius else "none of the tested ones"
     warning = (
         f"the law stabilises the gait, but it recovers reliably only from negligible pushes ({recovered}; pushes below "
@@ -165,7 +149,8 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
     )
     if "gaitopt tune" in remedy:
         return f"{warning}{remedy}"
-    others = ", ".join(f"--law {law}" for law in list_other_laws(tuned))
+    several_contacts = isinstance(tuned.law, PlanarLaw)
+    others = ", ".join(f"--law {law}" for law in list_other_laws(tuned.family, several_contacts=several_contacts))
     other_law = "" if remedy else f"tune another law ({others}), "
     return (
         f"{warning}{remedy}{' ' if remedy else ''}If a foot force or an impulse is close to the boundary of its "
@@ -176,23 +161,21 @@ def _describe_poor_recovery(tuned: "Tuning", remedy: str = "") -> str:
     )
 
 
-def list_other_laws(tuned: "Tuning") -> list[str]:
-    """Return the feedback laws of gaitopt other than the tuned one."""
+def list_other_laws(family: str, *, several_contacts: bool) -> list[str]:
+    """Return the feedback laws of gaitopt other than that of a family."""
     from gaitopt.cli.planar_law_option import PLANAR_LAWS
-    from gaitopt.control.planar_laws.planar_law import PlanarLaw
 
-    laws = PLANAR_LAWS if isinstance(tuned.law, PlanarLaw) else LAWS
-    return [law for law in laws if law not in (OPEN_LOOP, tuned.family)]
+    return [law for law in (PLANAR_LAWS if several_contacts else LAWS) if law not in (OPEN_LOOP, family)]
 
 
-def _count_ends(verified: "Recovery") -> str:
+def describe_ends(ended: Mapping[str, int]) -> str:
     """Return how the walks that end do so with their numbers, in parentheses; empty if they were not counted."""
-    ends = sorted(verified.ends.items(), key=lambda item: -item[1])
+    ends = sorted(ended.items(), key=lambda item: -item[1])
     texts = [f"{ENDS.get(key, key.replace('_', ' '))}: {count}" for key, count in ends]
     return f" ({', '.join(texts)})" if texts else ""
 
 
-def _count_failures(verified: "Recovery") -> str:
+def describe_failures(starts: int, failures: Mapping[str, int]) -> str:
     """Return how many walks do not return for which reason, in parentheses; empty if they were not counted."""
     from gaitopt.stability.unreturned_walk import ENDED, LEFT, SLOW
 
@@ -201,9 +184,9 @@ def _count_failures(verified: "Recovery") -> str:
         LEFT: ("leads away from the gait", "lead away from the gait"),
         SLOW: ("approaches it too slowly", "approach it too slowly"),
     }
-    numbers = {reason: verified.failures[reason] for reason in texts if verified.failures.get(reason)}
+    numbers = {reason: failures[reason] for reason in texts if failures.get(reason)}
     counts = [f"{number} {texts[reason][number != 1]}" for reason, number in numbers.items()]
-    return f" (of {format_count(verified.starts, 'walk')}, {', '.join(counts)})" if counts else ""
+    return f" (of {format_count(starts, 'walk')}, {', '.join(counts)})" if counts else ""
 
 
 def verification_text(verified: "Recovery", *, search_interrupted: bool = False) -> str:
@@ -225,7 +208,7 @@ def verification_text(verified: "Recovery", *, search_interrupted: bool = False)
         return f"{text} in {steps} (radius of the smallest ball: {verified.beyond:.2g} rad/s)"
     text = f"{verified.returned} of {verified.starts} starts within {verified.radius:.4g} rad/s return to the gait"
     if verified.steps:
-        text += f" (within {verified.tolerance:g}) in at most {steps}{_settling(verified)}"
+        text += f" (within {verified.tolerance:g}) in at most {steps}{describe_settling(verified)}"
     if verified.starts < FEW_STARTS:
         text += "; so few starts do not determine the margin, use gaitopt push"
     return f"{text}; interrupted before larger pushes were tested" if verified.interrupted else text
@@ -248,139 +231,7 @@ def print_unstable(tuned: "Tuning") -> None:
     err.print(Text.assemble(("not stabilised", "red"), message), soft_wrap=True)
 
 
-def recovery_facts(recovery: "Recovery | None") -> dict[str, Any] | None:
-    """Return the fraction of pushes in a ball after which a walker returns, and in how many steps, as plain data."""
-    if recovery is None:
-        return None
-    settling = recovery.settling
-    return {
-        "starts": recovery.starts,
-        "returned": recovery.returned,
-        "fraction": recovery.fraction,
-        "steps_to_settle": {"median": statistics.median(settling), "most": max(settling)} if settling else None,
-    }
-
-
-def endurance_facts(record: "RobustnessRecord") -> dict[str, Any]:
-    """Return the disturbances survived, and the recovery from a ball of pushes in open loop and under the law."""
-    return {
-        "starts": record.starts,
-        **condition_facts(record),
-        "survived": [dataclasses.asdict(each) for each in record.margins],
-        "push_radius": record.ball,
-        "basin_before": recovery_facts(record.recoveries.get("open loop")),
-        "basin_after": recovery_facts(record.recoveries.get(record.law)),
-        "missing": list(record.missing),
-    }
-
-
-def condition_facts(record: "RobustnessRecord") -> dict[str, Any]:
-    """Return the friction and the torque limits of a push test; None if a file does not contain them."""
-    limits = record.torque_limits
-    return {
-        "friction": None if math.isnan(record.friction) else record.friction,
-        "torque_limits": None if limits is None else dict(limits),
-    }
-
-
-def format_limits(limits: Mapping[str, float]) -> str:
-    """Return torque limits by actuator as a text.
-
-    Examples
-    --------
-    >>> format_limits({"ankle": 6.0, "hip": 6.0}), format_limits({"hip": 8.0, "slider [N]": 50.0}), format_limits({})
-    ('6 N m (ankle, hip)', '8 N m (hip), 50 N (slider)', 'none')
-    """
-    names: dict[str, list[str]] = {}
-    for label, limit in limits.items():
-        name, _, unit = label.removesuffix("]").partition(" [")
-        names.setdefault(f"{limit:.4g} {unit or 'N m'}", []).append(name)
-    return ", ".join(f"{limit} ({', '.join(actuators)})" for limit, actuators in names.items()) or "none"
-
-
-def _describe_conditions(facts: dict[str, Any]) -> str:
-    """Return friction and torque limits of a push test after a comma; empty if they are not known."""
-    friction, limits = facts.get("friction"), facts.get("torque_limits")
-    texts = [] if friction is None else [f", friction {friction:.4g}"]
-    texts += [] if limits is None else [f", torque limits: {format_limits(limits)}"]
-    return "".join(texts)
-
-
-def resume_text(missing: Sequence[str], output: Path | None) -> str:
-    """Return how the kinds of disturbances are tested that an interrupt left without result.
-
-    Examples
-    --------
-    >>> resume_text(["torque noise", "recovery"], None)
-    "The same command with --kind 'torque noise' --kind recovery tests what is missing."
-    >>> resume_text(["recovery"], Path("push.json"))
-    'The same command completes push.json.'
-    """
-    if output:
-        return f"The same command completes {output}."
-    options = " ".join(f"--kind {shlex.quote(kind)}" for kind in missing)
-    return f"The same command with {options} tests what is missing."
-
-
-def print_endurance(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> None:
-    """Print the largest disturbances survived as a table, and below it the recovery from a ball of pushes."""
-    radius = format_radius(facts["radius"])
-    out.print(f"{facts['law']}: spectral radius {radius}{_describe_conditions(facts)}", soft_wrap=True)
-    table = Table(box=box.SIMPLE, pad_edge=False, caption=_explain_margins(facts, basins), caption_justify="left")
-    for column in ("disturbance", "survived", "not survived", "unit"):
-        table.add_column(column)
-    for each in facts["survived"]:
-        sizes = (math.nan if each[name] is None else each[name] for name in ("survived", "failed"))
-        survived, failed = in_shown_unit(np.array(list(sizes)), each["unit"]).tolist()
-        unit = UNITS.get(each["kind"], show_unit(each["unit"]))
-        table.add_row(each["kind"], f"{survived:.4g}", "-" if math.isnan(failed) else f"{failed:.4g}", unit)
-    if facts["survived"]:
-        out.print(table)
-    for name, recovery in basins.items():
-        text = "no periodic gait to return to"
-        if recovery is not None:
-            share = f"{recovery.returned} of {recovery.starts}"
-            text = f"{share} walks return after pushes up to {recovery.radius:g} rad/s{_settling(recovery)}"
-        out.print(f"{name}: {text}", soft_wrap=True)
-    if missing := facts.get("missing"):
-        out.print(f"not tested, since the test was interrupted: {', '.join(missing)}", soft_wrap=True)
-
-
-def _explain_margins(facts: dict[str, Any], basins: "dict[str, Recovery | None]") -> str:
-    """Return the caption of the table of disturbances, which explains the tested kinds only."""
-    kinds = {each["kind"] for each in facts["survived"]}
-    criteria = []
-    if "push" in kinds:
-        recovery = next((each for each in basins.values() if each is not None), None)
-        limit = f" (within {recovery.tolerance:g}) in {format_count(recovery.steps, 'step')}" if recovery else ""
-        pushes = _describe_starts(facts.get("starts", 0))
-        criteria.append(f"A push is survived if the walker returns to the gait{limit}{pushes}")
-    if kinds - {"push"}:
-        steps = f"{facts['steps']} steps" if "steps" in facts else "all steps"
-        others = "any other disturbance if it" if criteria else "A disturbance is survived if the walker"
-        criteria.append(f"{others} completes {steps}, possibly in another gait")
-    texts = ["Largest disturbance survived and smallest one not survived, to the resolution of the search."]
-    texts += [f"{', '.join(criteria)}."] if criteria else []
-    texts += [text for kind, text in EXPLANATIONS.items() if any(kind in each for each in kinds)]
-    if any(each["failed"] is None for each in facts["survived"]):
-        texts.append("A dash (-) instead of one that is not survived: the largest disturbance tried is survived.")
-    is_complete = bool(basins) and kinds >= {"push", "downhill slope", "uphill slope"}
-    if is_complete and not facts.get("missing") and "torque noise" in kinds and "sensor delay" not in kinds:
-        texts.append("No sensor delay: the law does not read the state.")
-    return " ".join(texts)
-
-
-def _describe_starts(starts: int) -> str:
-    """Return the number of random pushes, with which the largest push survived decreases; empty if it is not known."""
-    if not starts:
-        return ""
-    return (
-        f" after each of {format_count(starts, 'random push', 'random pushes')} of at most this size (--starts; the "
-        "verification of 'gaitopt tune' has 200 by default)"
-    )
-
-
-def _settling(recovery: "Recovery") -> str:
+def describe_settling(recovery: "Recovery") -> str:
     """Return the number of steps until the walks have returned, in words."""
     if not recovery.settling:
         return ""

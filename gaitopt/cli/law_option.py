@@ -151,11 +151,13 @@ def design_for(
 
 
 def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
-    """Raise InputError if a file of tuned gains is of other actuators, or names no known law; warn of a changed script.
+    """Raise InputError if a file of tuned gains is of other actuators, or names no known law.
 
-    Known are the families of gaitopt and functions of scripts.
+    A warning is printed if the script of the law has changed, or the gains were tuned for another gait.  Known are the
+    families of gaitopt and functions of scripts.
     """
     from gaitopt.tuning.controller_family import FAMILIES
+    from gaitopt.tuning.tuned_gait import compare_gaits
 
     limits, actuators = tuned.settings.torque_limit, gait.motion.actuators
     if isinstance(limits, Mapping) and set(limits) - set(actuators):
@@ -165,6 +167,9 @@ def require_known_law(file: str, tuned: "TunedGains", gait: "AnyGait") -> None:
         )
     if tuned.script_changed:
         _warn_of_changed_script(file, tuned.family)
+    former, present = compare_gaits(tuned.gait, gait)
+    if former:
+        _warn_of_another_gait(file, former, present)
     if tuned.family in FAMILIES or split_script_law(tuned.family):
         return
     gains = " ".join(f"--gain {shlex.quote(f'{name}={value:.10g}')}" for name, value in tuned.gains.items())
@@ -182,6 +187,17 @@ def _warn_of_changed_script(file: str, law: str) -> None:
         f"The script of the law {law} has changed since the gains of {file} were tuned: the stability and the recovery "
         "that the file states may no longer be those of the law.",
         soft_wrap=True,
+    )
+
+
+@functools.cache
+def _warn_of_another_gait(file: str, former: str, present: str) -> None:
+    """Print once that gains were tuned for another gait; commands may make the law several times."""
+    err.print(
+        f"warning: the gains of {file} were tuned for another gait ({former}); this gait has {present}. The stability "
+        "and the recovery that the file states are those of the other gait.",
+        soft_wrap=True,
+        markup=False,
     )
 
 

@@ -69,6 +69,17 @@ its initial gains. Tune that law: gaitopt tune walk.h5 --law lqr
         )
 
 
+def count_trial_walks(gait: "AnyGait", family: str) -> int:
+    """Return the maximum number of walks of the trials for a gait under a law of a family."""
+    return STARTS * (1 + len(_list_tested_laws(gait, family)))
+
+
+def _list_tested_laws(gait: "AnyGait", family: str) -> list[str]:
+    from gaitopt.motion.planar_gait import PlanarGait
+
+    return list_other_laws(family, several_contacts=isinstance(gait, PlanarGait))
+
+
 def try_other_laws(
     gait: "AnyGait", tuned: "Tuning", torque_limit: float | None, stance_angle: bool, display: "Display"
 ) -> LawTrials:
@@ -85,7 +96,7 @@ def try_other_laws(
         return trials
     test = PushTest(starts=STARTS, steps=tuned.verified.steps)
     laws: dict[str, Any] = {"": tuned.law}
-    for name in list_other_laws(tuned):
+    for name in _list_tested_laws(gait, tuned.family):
         try:
             laws[name] = law_of_gait(gait, name, None, torque_limit, stance_angle)
         except GaitoptError:  # such as a law without torque limits

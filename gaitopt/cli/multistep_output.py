@@ -80,17 +80,20 @@ def _describe_iteration(display: Display, step: "Iteration | HomotopyIteration")
     display.describe(f"iteration {step.number:3d}   objective {step.objective:.6f}")
 
 
-def verify_multistep(path: Path, *, json: bool) -> Status:
-    """Replay the gait in a file and print the result; return its status."""
-    from gaitopt.ocp.multistep.multistep_file import load_steps
+def verify_multistep(path: Path, output: Path | None, *, json: bool) -> Status:
+    """Replay the gait in a file, write it to the output, if there is one, and print the result; return its status."""
+    from gaitopt.cli.verify_command import report_replay
+    from gaitopt.ocp.multistep.multistep_file import load_steps, save_steps
     from gaitopt.simulation.multistep_verification import verify_steps
 
     gait = verify_steps(load_steps(path))
+    if output is not None:
+        save_steps(gait, output)
     if json:
-        print_json(gait.summarise() | {"file": str(path)})
+        print_json(gait.summarise() | {"file": str(output or path)})
     else:
         print_multistep(gait)
-        out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
+        report_replay(output)
     _print_status(gait.status)
     return gait.status
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gaitopt.motion.atomic import check_suffix, check_writable
+from gaitopt.motion.atomic import GAIT_SUFFIXES, check_suffix, check_writable
 
 FIGURES = {".png": "image", ".pdf": "vector, for papers", ".svg": "vector, for web pages"}
 ANIMATIONS = {".gif": "image", ".mp4": "film"}
@@ -15,6 +15,7 @@ SWEEP_EXPORTS = {".csv": "table of the points", ".py": "gait library"}
 """Contents of output files by their suffix."""
 
 ACCEPTED: Mapping[str, Mapping[str, str]] = {
+    "verify": GAIT_SUFFIXES,
     "plot": FIGURES | PAGE,
     "run": FIGURES,
     "compare": FIGURES,

@@ -76,13 +76,18 @@ def _check_steps(steps: int) -> None:
         raise InputError(f"--steps must be 1 for a robot with several contacts, got {steps}.")
 
 
-def report_planar_cycles(cycles: tuple["PlanarCycle", ...], engine: str, law: str, *, json: bool) -> None:
-    """Print periodic gaits of a robot with several contacts, as JSON with the engine that was used, or as a table."""
+def report_planar_cycles(
+    cycles: tuple["PlanarCycle", ...], engine: str, law: str, verified: bool | None, *, json: bool
+) -> None:
+    """Print periodic gaits of a robot with several contacts, as JSON with the engine that was used, or as a table.
+
+    `verified` is whether the replay of a saved gait has passed, None for a script.
+    """
     from gaitopt.stability.planar_gaits.planar_cycle_summary import summarise_planar_cycle
 
     if json:
         used, gaits = planar_engine_named(engine).name, [summarise_planar_cycle(cycle) for cycle in cycles]
-        print_json({"engine": used, "gaits": gaits})
+        print_json({"engine": used, "gaits": gaits, "gait_verified": verified})
     else:
         print_planar_cycles(cycles, law)
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.cli.engine_advice import EngineAdvice, engine_for_walks
-from gaitopt.cli.feedback_output import RECOVERY, endurance_facts, format_limits, print_endurance, resume_text
 from gaitopt.cli.law_option import OPEN_LOOP, law_of_gait, law_title
 from gaitopt.cli.options import (
     Disturbances,
@@ -34,6 +33,7 @@ from gaitopt.cli.options import (
 )
 from gaitopt.cli.output import INTERRUPTED, err, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
+from gaitopt.cli.push_output import RECOVERY, endurance_facts, format_limits, print_endurance, resume_text
 from gaitopt.cli.workers import WorkerOptions, worker_options
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import ArchiveError, InputError, suggest

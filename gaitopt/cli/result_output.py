@@ -99,7 +99,7 @@ def comparison_facts(comparison: Any) -> dict[str, Any]:
 
 def robustness_facts(record: "RobustnessRecord") -> dict[str, Any]:
     """Return the facts of a push test, with the names of the command push where they are the same."""
-    from gaitopt.cli.feedback_output import condition_facts, recovery_facts
+    from gaitopt.cli.push_output import condition_facts, recovery_facts
 
     facts = {"law": record.law, "radius": record.radius, "steps": record.steps, "missing": list(record.missing)}
     facts |= {"starts": record.starts, **condition_facts(record)}
@@ -110,7 +110,7 @@ def robustness_facts(record: "RobustnessRecord") -> dict[str, Any]:
 
 def print_robustness(record: "RobustnessRecord") -> None:
     """Print a push test as a table."""
-    from gaitopt.cli.feedback_output import print_endurance
+    from gaitopt.cli.push_output import print_endurance
 
     print_endurance(robustness_facts(record), dict(record.recoveries))
 

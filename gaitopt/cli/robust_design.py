@@ -110,8 +110,11 @@ def _count(test: "ScenarioTest") -> dict[str, int]:
     return {name: getattr(test, name) for name in names}
 
 
-def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: int, json: bool) -> None:
-    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report the results."""
+def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: int, repeat: str, json: bool) -> None:
+    """Solve a robust problem, test its gait in unseen scenarios, save gait and gains, and report the results.
+
+    `repeat` is the command that repeats the design.
+    """
     from gaitopt.motion.atomic import check_writable
 
     stated = _load_law(stated)
@@ -121,7 +124,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
             for path in _paths(folder, name):
                 check_writable(path)
         with show_progress(f"{stated.name}: planning and tuning", hidden=json) as display:
-            plan = _solve(stated, folder, *names)
+            plan = _solve(stated, folder, *names, repeat=repeat)
             display.describe(f"{stated.name}: test in {count} unseen scenarios")
             tests = [_test(stated, plan, count, nominal=nominal) for nominal in (False, True)]
         files = _save(plan, tests[0], *_paths(folder, names[not plan.robust]))
@@ -137,7 +140,7 @@ def design_robust(stated: "RobustProblem", folder: Path, stem: str, *, count: in
     raise typer.Exit(0 if result.passed else 1)
 
 
-def _solve(stated: "RobustProblem", folder: Path, name: str, failed: str) -> "RobustPlan":
+def _solve(stated: "RobustProblem", folder: Path, name: str, failed: str, *, repeat: str) -> "RobustPlan":
     """Return the plan; if a gait does not exist, its failed solve is written and the error names the file."""
     try:
         return stated.solve()
@@ -147,10 +150,8 @@ def _solve(stated: "RobustProblem", folder: Path, name: str, failed: str) -> "Ro
         from gaitopt.cli.failed_solve import write_failure
 
         file = _describe_failure(write_failure(error.gait, stated.problem, _paths(folder, failed)[0]))
-        script = "the script" if stated.problem.script is None else stated.problem.script.command_text
-        repeat = f"The scenarios are in no file: to repeat the design, keep {script}."
         earlier = describe_earlier(_paths(folder, name))
-        raise NoGaitError(f"{error} {file} {repeat} {earlier}".rstrip()) from None
+        raise NoGaitError(f"{error} {file} {earlier} To repeat the design: {repeat}".replace("  ", " ")) from None
 
 
 def _describe_failure(failure: "FailureFile") -> str:
@@ -158,8 +159,8 @@ def _describe_failure(failure: "FailureFile") -> str:
     if failure.path is None:
         return f"Nothing was written: {failure.reason}."
     if failure.reason:
-        return f"Wrote {failure.path} with the last iterate; its solve cannot be repeated: {failure.reason}."
-    return f"Wrote {failure.path}; to repeat this solve: gaitopt solve {failure.path}."
+        return f"{failure.path} contains the last iterate; its solve cannot be repeated: {failure.reason}."
+    return f"{failure.path} contains this problem without the scenarios, for 'gaitopt solve'."
 
 
 def _paths(folder: Path, name: str) -> tuple[Path, Path]:

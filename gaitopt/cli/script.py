@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.cli.script_errors import running_script
 from gaitopt.cli.settings import read_setting
 from gaitopt.cli.unlisted_parameter import explain_unlisted_parameter
-from gaitopt.cli.walk_script import explain_law_alone, explain_robot_alone, name_walk_commands
+from gaitopt.cli.walk_script import (
+    advise_design,
+    explain_law_alone,
+    explain_robot_alone,
+    name_design,
+    name_walk_commands,
+)
 from gaitopt.dataclass import dataclass
 from gaitopt.errors import InputError, suggest
 from gaitopt.ocp.problem import GaitProblem
@@ -260,8 +266,7 @@ def require_gait_problem(problem: object, script: Script) -> GaitProblem:
             f"{script.path} is a walking problem without optimisation ({kind}); {name_walk_commands(script.path)}."
         )
     if isinstance(problem, Family | RobustProblem):
-        kind = "family of gaits" if isinstance(problem, Family) else "robust problem"
-        raise InputError(f"{script.path} has a {kind}; use 'gaitopt design {script.path}'.")
+        raise InputError(f"{script.path} has {name_design(problem)}; use 'gaitopt design {script.path}'.")
     kinds = "GaitProblem, PlanarProblem, MultiStepProblem, WalkProblem, PlanarWalkProblem, Family or RobustProblem"
     returned = "None: a return statement is missing" if problem is None else type(problem).__name__
     text = f"problem() of {script.path} must return a {kinds}; it returned {returned}."
@@ -294,6 +299,8 @@ def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
         If the script is a walking problem or another one names the robot, or the gait is not a solution.
     """
     from gaitopt.cli.planar_gait_walk import find_planar_gait
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
@@ -309,6 +316,8 @@ def load_feedback_gait(file: Path, script: Path | None) -> "AnyGait":
                 f"{file} is a walking problem without optimisation ({type(stated).__name__}); 'gaitopt stability "
                 f"{file}' assesses its gaits."
             )
+        if isinstance(stated, Family | RobustProblem):
+            raise InputError(f"{file} is a script with {name_design(stated)}, not a gait; {advise_design(file)}.")
     return load_any_gait(file, script).require()
 
 

@@ -1,5 +1,7 @@
-"""Commands on one problem and its gait: solve, show, verify."""
+"""Commands on one problem and its gait: solve, show."""
 
+import functools
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,24 +12,22 @@ import typer
 from gaitopt.cli.background_import import BackgroundImport
 from gaitopt.cli.options import (
     AngleUnit,
-    GaitFile,
     GuessColumns,
     GuessFile,
     Json,
     Quiet,
-    RobotScript,
     Setting,
     SolveSource,
     Verbose,
 )
 from gaitopt.cli.output import INTERRUPTED, err, homotopy_lines, out, print_json, print_reason, report_file
 from gaitopt.cli.progress_display import Display, show_progress
-from gaitopt.cli.walk_script import refuse_walk_script
 from gaitopt.errors import InputError
 from gaitopt.progress import HomotopyIteration, Iteration, SolveObserver
 from gaitopt.status import Status
 
 if TYPE_CHECKING:
+    from gaitopt.cli.remedy_files import RemedyFiles
     from gaitopt.motion.gait import Gait
     from gaitopt.motion.planar_gait import PlanarGait
     from gaitopt.ocp.multicontact.planar_problem import PlanarProblem
@@ -79,7 +79,8 @@ def solve(
 
     If no gait is found, SCRIPT_failed.h5 (with -o FILE.h5: FILE_failed.h5) is written, which contains robot and
     problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.  For a robot with several contacts,
-    remedies are first tested by further solves.
+    remedies are first tested by further solves.  After Ctrl-C, SCRIPT_interrupted.h5 contains the last iterate, from
+    which --guess continues.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 
@@ -90,20 +91,21 @@ def solve(
 
     Example: gaitopt solve problems/compass_slip.py --guess walk.csv --column th1=stance --angle-unit deg
     """
-    from gaitopt.cli.failed_solve import is_gait_file
+    from gaitopt.cli.failed_solve import SolveCommand, state_failure
     from gaitopt.cli.guess_option import start_from_file
     from gaitopt.cli.multistep_output import is_multistep_problem, solve_multistep
+    from gaitopt.cli.remedy_files import RemedyFiles
     from gaitopt.motion.atomic import check_gait_suffix, check_writable
 
-    repeated = is_gait_file(source)
+    stated = SolveCommand(source=source, settings=setting or (), guess=guess, output=output)
+    remedies = RemedyFiles(stated)
     problem, script = _read_problem(source, setting)
     if is_multistep_problem(problem):
         status = solve_multistep(problem, output or Path(f"{source.stem}.h5"), guess=guess, json=json)
         sys.exit(INTERRUPTED if status is Status.INTERRUPTED else 0 if status.ok else 1)
     problem, fit = start_from_file(problem, guess, column, angle_unit)
-    path = output or Path(f"{source.stem}{'_solved' if repeated else ''}.h5")
-    check_gait_suffix(path)
-    check_writable(path)  # before the work, not after it
+    check_gait_suffix(stated.result)
+    check_writable(stated.result)  # before the work, not after it
     if fit is not None and not (json or quiet):
         out.print(str(fit), soft_wrap=True)
     for remark in _list_implausible(problem):
@@ -116,17 +118,14 @@ def solve(
         if gait.status.ok:
             gait, interrupted = _verify_and_certify(gait, display)
         elif not interrupted:
-            gait, interrupted = _try_remedies(problem, gait, observer, display)
-    failure: tuple[Any, Path] | Path | None = None
-    if not (gait.status is Status.INTERRUPTED or gait.status.ok):
-        failure = source if repeated else (problem, path.with_name(f"{path.stem}_failed.h5"))
-    interrupted |= _save_and_report(gait, path, failure, json=json)
+            gait, interrupted = _try_remedies(problem, gait, observer, display, remedies)
+    interrupted |= _save_and_report(gait, problem, remedies, json=json)
     if interrupted:
         if gait.status is not Status.INTERRUPTED:
-            err.print(_describe_interrupt(gait, path), soft_wrap=True)
+            err.print(_describe_interrupt(gait, stated.result), soft_wrap=True)
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
-        print_reason(_state_failure(gait))
+        print_reason(state_failure(gait))
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
@@ -162,17 +161,6 @@ def _solve_and_import(
         return solve_problem(problem, observer=observe)
 
 
-def _state_failure(gait: "Gait | PlanarGait") -> str:
-    """Return the status of a gait that is not a verified solution, with the reason, in one line."""
-    from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT
-    from gaitopt.study.storage.failure_reason import explain_failure
-
-    reason = explain_failure(gait) or "it was not verified"
-    is_final = any(part in reason for part in (gait.status.hint, IMPLAUSIBLE, NONEXISTENT))
-    remedy = "" if is_final else f". {gait.status.hint}"
-    return f"{gait.status.key}: {reason.removesuffix('.') if remedy else reason}{remedy}"
-
-
 def _read_problem(source: Path, settings: Sequence[str] | None) -> tuple[Any, Any]:
     """Return the problem of a script or of the file of a failed solve, and the record of its script."""
     from gaitopt.cli.failed_solve import is_gait_file, read_failed_problem
@@ -205,7 +193,11 @@ def _verify_and_certify(gait: "Gait | PlanarGait", display: Display) -> "tuple[G
 
 
 def _try_remedies(
-    problem: "GaitProblem | PlanarProblem", gait: "Gait | PlanarGait", observer: SolveObserver, display: Display
+    problem: "GaitProblem | PlanarProblem",
+    gait: "Gait | PlanarGait",
+    observer: SolveObserver,
+    display: Display,
+    files: "RemedyFiles",
 ) -> "tuple[Gait | PlanarGait, bool]":
     """Return a failed solve, for several contacts with its tested remedies, and whether the test was interrupted."""
     from gaitopt.motion.planar_gait import PlanarGait
@@ -216,7 +208,7 @@ def _try_remedies(
         return gait, False
     display.describe("no gait was found; testing remedies")
     try:
-        return try_remedies(problem, gait, observer), False
+        return try_remedies(problem, gait, observer, keep=functools.partial(files.keep, problem)), False
     except KeyboardInterrupt:
         return gait, True
 
@@ -227,45 +219,47 @@ def _describe_interrupt(gait: "Gait | PlanarGait", path: Path) -> str:
         return "Interrupted: possible remedies are not all tested."
     if gait.verification is None:
         solved = "the gait is solved but not verified"
-        return f"Interrupted before the end of the replay: {solved}. To replay it: gaitopt verify {path}."
+        stored = shlex.join(["gaitopt", "verify", str(path), "-o", str(path.with_name(f"{path.stem}_verified.h5"))])
+        return f"Interrupted before the end of the replay: {solved}. To replay it: {stored}"
     return "Interrupted: the gait is verified, but the second-order conditions of its optimum are not checked."
 
 
 def _save_and_report(
-    gait: "Gait | PlanarGait",
-    path: Path,
-    failure: "tuple[GaitProblem | PlanarProblem, Path] | Path | None",
-    *,
-    json: bool,
+    gait: "Gait | PlanarGait", problem: "GaitProblem | PlanarProblem", remedies: "RemedyFiles", *, json: bool
 ) -> bool:
-    """Write and print a gait, or print why none exists and write its failure; return whether that was interrupted.
+    """Write and print a gait, or print why none exists and write the last iterate; return whether that was interrupted.
 
-    The failure is a problem and its file, or the file of a failed solve that was repeated, which is not written again.
+    The file of a failed solve that is repeated and fails again is not written again.
     """
-    from gaitopt.cli.failed_solve import report_failure, write_failure
+    from gaitopt.cli.failed_solve import report_failure, report_iterate, write_failure
     from gaitopt.motion.archive import save
     from gaitopt.motion.summary import summarise
 
-    interrupted, written, failed = False, None, None
+    interrupted, written, failed, command = False, None, None, remedies.command
+    stopped = gait.status is Status.INTERRUPTED
     try:
         if gait.status.ok:
-            written = path  # a Ctrl-C is raised when the file is written
-            save(gait, path)
-        elif isinstance(failure, tuple):
-            failed = write_failure(gait, *failure)
+            written = command.result  # a Ctrl-C is raised when the file is written
+            save(gait, written)
+        elif stopped or not command.repeats:
+            failed = write_failure(gait, problem, command.failure(gait.status))
     except KeyboardInterrupt:
         interrupted = True
     if json:
         files = {"file": written, "failure_file": failed and failed.path}
-        print_json(summarise(gait) | {name: None if file is None else str(file) for name, file in files.items()})
+        facts = {name: None if file is None else str(file) for name, file in files.items()}
+        print_json(summarise(gait) | facts | {"remedy_files": [str(file) for file in remedies.changes]})
     elif not out.quiet:
         from gaitopt.cli.gait_output import print_gait
 
         print_gait(gait)
         if written:
             report_file(written)
-        else:
-            report_failure(failed, failure if isinstance(failure, Path) else None)
+        elif not stopped:
+            report_failure(failed, command.source if command.repeats else None)
+            remedies.report()
+    if stopped and not json:
+        report_iterate(failed, command)
     return interrupted
 
 
@@ -348,40 +342,3 @@ def show_script(script: Path, settings: Sequence[str] | None, *, json: bool) -> 
         print_json(facts | {"file": str(script)})
     else:
         out.print(str(problem), markup=False, highlight=False, soft_wrap=True)
-
-
-def verify(
-    file: GaitFile,
-    problem: RobotScript = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Replay a saved gait's torques in the event-driven simulator and compare the replay with the plan.
-
-    Exit status 0 if the gait passes, 1 otherwise.  The file is not changed.
-
-    Example: gaitopt verify compass_slip.h5
-    """
-    from gaitopt.cli.gait_output import print_gait
-    from gaitopt.cli.multistep_output import is_multistep_file, verify_multistep
-    from gaitopt.cli.script import load_any_gait
-    from gaitopt.motion.summary import summarise
-    from gaitopt.simulation.verification import verify as verify_gait
-
-    refuse_walk_script(file)
-    if is_multistep_file(file):
-        if problem is not None:
-            raise InputError(f"--problem is not accepted for a gait of several steps, got {problem}.")
-        status = verify_multistep(file, json=json)
-        raise typer.Exit(0 if status.ok else 1)
-    gait = verify_gait(load_any_gait(file, problem))
-    if json:
-        print_json(summarise(gait) | {"file": str(file)})
-    else:
-        print_gait(gait)
-        out.print("The gait was replayed in the event-driven simulator; the file was not changed.")
-    passed = gait.verification is not None and gait.verification.passed
-    if not (passed and gait.status.ok):
-        print_reason(_state_failure(gait))
-    raise typer.Exit(0 if passed and gait.status.ok else 1)

@@ -4,6 +4,7 @@ import math
 import time
 from typing import TYPE_CHECKING
 
+from gaitopt.cli.law_option import is_file_of_gains
 from gaitopt.cli.output import err
 from gaitopt.motion.printable import format_count
 from gaitopt.progress import TuningStep, VerificationStep
@@ -36,18 +37,40 @@ class TuningAnnouncement:
     ----------
     advice : str or None
         How a slow search becomes faster.
+    trial_walks : int
+        Maximum number of walks under other laws after the verification.
     """
 
     def __init__(self, search: "GainSearchOptions", test: "PushTest", *, hidden: bool) -> None:
         self.advice: str | None = None
+        self.trial_walks = 0
         self._evaluation = math.nan
         self._search, self._test, self._hidden = search, test, hidden
         self._walks, self._first, self._announced, self._first_evaluated = 0, 0.0, False, 0.0
 
-    def begin(self) -> None:
-        """Print the maximum number of evaluations of the search, and of walks of the verification."""
+    def begin(self, law: str = "") -> None:
+        """Print the maximum number of evaluations of the search, and of walks of verification and trials.
+
+        Parameters
+        ----------
+        law : str
+            Option of the command; a search continues from the gains of a file.
+        """
         self._print(describe_search(self._search))
+        if is_file_of_gains(law):
+            from gaitopt.tuning.tuning_file import load_tuning
+
+            count = format_count(len(load_tuning(law).trials), "evaluation")
+            self._print(
+                f"search: the initial gains are those of the file; its {count} are not repeated, and the record of "
+                "this search does not contain them"
+            )
         self._print(describe_verification(self._test))
+        if self.trial_walks:
+            self._print(
+                f"trials of other laws: at most {self.trial_walks} walks, only if the gait recovers from negligible "
+                "pushes only (--no-trials omits them)"
+            )
 
     def time_step(self, step: TuningStep | VerificationStep) -> TuningStep | VerificationStep:
         """Return a step; print the expected duration of a slow search, or of the verification, once it is known.
@@ -64,7 +87,7 @@ class TuningAnnouncement:
                 elapsed, count = time.perf_counter() - self._first, self._walks - 1
                 if elapsed >= ENOUGH or self._walks >= min(MOST_TIMED, self._test.starts):
                     self._announced = True
-                    self._print(describe_duration(elapsed / count, self._test.most_walks))
+                    self._print(describe_duration(elapsed / count, self._test.most_walks, self.trial_walks))
         elif step.number == 1:
             self._first_evaluated = time.perf_counter()
         elif step.number == 2:
@@ -78,11 +101,11 @@ class TuningAnnouncement:
     def announce_end(self) -> None:
         """Print after a Ctrl-C what is still computed, if it takes long."""
         if self._walks == 0 and not self._evaluation < SLOW:
-            unknown, seconds = math.isnan(self._evaluation), 2 * self._evaluation
-            longest = "" if unknown else f", which takes at most about {_show_duration(seconds)}"
+            longest = "" if math.isnan(self._evaluation) else f", which takes about {_show_duration(self._evaluation)}"
+            ended = "the search ends" if self._first_evaluated else "the first evaluation is completed"
             self._print(
-                "Interrupted: the present evaluation is completed, and the law of the best gains is assessed"
-                f"{longest}; a second Ctrl-C ends the command without a result."
+                f"Interrupted: {ended}, and the law of the best gains is assessed{longest}; a second Ctrl-C ends the "
+                "command without a result."
             )
 
     def _print(self, text: str) -> None:
@@ -150,7 +173,7 @@ about 10 balls'
     )
 
 
-def describe_duration(seconds: float, walks: int) -> str:
+def describe_duration(seconds: float, walks: int, trial_walks: int = 0) -> str:
     """Return the expected duration of a verification.
 
     Parameters
@@ -159,6 +182,8 @@ def describe_duration(seconds: float, walks: int) -> str:
         Mean duration of the first walks.
     walks : int
         Approximate maximum number of walks.
+    trial_walks : int
+        Maximum number of further walks under other laws.
 
     Examples
     --------
@@ -166,10 +191,11 @@ def describe_duration(seconds: float, walks: int) -> str:
     'verification: a walk from a small push takes 0.31 s, so that all walks take about 10 min, or longer if \
 larger pushes take more steps; Ctrl-C ends the verification and keeps the gains'
     """
+    trials = f", and trials of other laws up to {_show_duration(seconds * trial_walks)} more" if trial_walks else ""
     return (
         f"verification: a walk from a small push takes {seconds:.2g} s, so that all walks take about "
-        f"{_show_duration(seconds * walks)}, or longer if larger pushes take more steps; Ctrl-C ends the verification "
-        "and keeps the gains"
+        f"{_show_duration(seconds * walks)}{trials}, or longer if larger pushes take more steps; Ctrl-C ends the "
+        "verification and keeps the gains"
     )
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.errors import GaitoptError, InputError
 
 if TYPE_CHECKING:
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.model.planar.planar_robot import PlanarRobot
     from gaitopt.model.robot import Robot
 
@@ -30,9 +32,9 @@ hopper.py'"
 
 
 def refuse_walk_script(file: Path) -> None:
-    """Raise InputError if a file is a script without an optimisation: no result of it can be solved first.
+    """Raise InputError if a file is a script whose problem 'gaitopt solve' does not solve.
 
-    It contains a walking problem, or a robot or a law alone.
+    It contains a walking problem without optimisation, a robust problem or a family, or a robot or a law alone.
 
     Any other file, also a script with an error, is left to the reader of the result.
 
@@ -43,6 +45,8 @@ def refuse_walk_script(file: Path) -> None:
     if file.suffix != ".py" or not file.is_file():
         return
     from gaitopt.cli.script import list_functions, run_in_script, run_module
+    from gaitopt.design.family import Family
+    from gaitopt.design.robust_problem import RobustProblem
     from gaitopt.stability.planar_gaits.planar_walk_problem import PlanarWalkProblem
     from gaitopt.stability.walk_problem import WalkProblem
 
@@ -66,6 +70,26 @@ def refuse_walk_script(file: Path) -> None:
             f"{file} is a script with a walking problem without optimisation ({type(problem).__name__}), not a result; "
             f"{name_walk_commands(file)}."
         )
+    if isinstance(problem, Family | RobustProblem):
+        raise InputError(f"{file} is a script with {name_design(problem)}, not a result; {advise_design(file)}.")
+
+
+def name_design(problem: "Family | RobustProblem") -> str:
+    """Return the kind of a problem that 'gaitopt design' solves, with its article."""
+    from gaitopt.design.family import Family
+
+    return "a family of gaits" if isinstance(problem, Family) else "a robust problem"
+
+
+def advise_design(script: Path) -> str:
+    """Return the command that solves a script of a design, as a clause.
+
+    Examples
+    --------
+    >>> advise_design(Path("robust.py"))
+    "run 'gaitopt design robust.py' first and name the file of a gait that it writes"
+    """
+    return f"run 'gaitopt design {script}' first and name the file of a gait that it writes"
 
 
 def read_problem_or_robot(script: Path, settings: Sequence[str] | None) -> object:

@@ -82,6 +82,7 @@ def stability(
     from gaitopt.cli.inputs import Request, read_input
     from gaitopt.cli.planar_law_option import PlanarLawOption
     from gaitopt.cli.planar_walks import explain_no_gait, find_planar_gaits, report_planar_cycles
+    from gaitopt.cli.verification_warning import warn_about_verification
     from gaitopt.cli.walk_output import print_cycles
     from gaitopt.stability.cycle_summary import summarise_cycle
 
@@ -91,15 +92,17 @@ def stability(
         option = PlanarLawOption(law, gain or [], torque_limit, stance_angle)
         cycles = find_planar_gaits(request, starts, steps=steps, law=option)
         subject = read_input(request, starts, steps=steps) if cycles is None else None
+    verified = None if request.is_script else warn_about_verification(request.gait, source, hidden=json)
     if subject is None:
-        report_planar_cycles(cycles or (), engine, describe_law(law, stance_angle), json=json)
+        report_planar_cycles(cycles or (), engine, describe_law(law, stance_angle), verified, json=json)
         _remark_on_sequence(request, [cycle.sequence for cycle in cycles or ()])
         if not cycles:
             print_reason(NO_GAIT)
             err.print(explain_no_gait(request, engine), soft_wrap=True)
         raise typer.Exit(0 if cycles else 1)
     if json:
-        print_json({"engine": subject.engine.name, "gaits": [summarise_cycle(cycle) for cycle in subject.gaits]})
+        gaits = [summarise_cycle(cycle) for cycle in subject.gaits]
+        print_json({"engine": subject.engine.name, "gaits": gaits, "gait_verified": verified})
     else:
         print_cycles(subject.gaits, subject.engine, describe_law(law, stance_angle, subject.law.gain_values))
     _remark_on_sequence(request, [cycle.sequence for cycle in subject.gaits])

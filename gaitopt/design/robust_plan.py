@@ -287,14 +287,14 @@ def _plan(problem: GaitProblem, selected: list[Scenario], before: Gait | None) -
             raise KeyboardInterrupt
     solved = [gait for gait in candidates if gait.status.ok]
     if not solved:
-        raise NoGaitError(f"No gait was found at friction {lowest:g}: {_reason(candidates[0])}", candidates[0])
+        raise NoGaitError(f"No gait was found at friction {lowest:g}. {_reason(candidates[0])}", candidates[0])
     return verify(min(solved, key=lambda gait: gait.solver.objective)).require()
 
 
 def _reason(gait: Gait) -> str:
-    """Return why a solve found no gait, with the limits that conflict."""
+    """Return the limits that conflict, or, if none are known, why a solve found no gait."""
     conflicts = "; ".join(map(str, gait.solver.conflicts))
-    return f"{gait.status.hint} Conflicts: {conflicts}." if conflicts else gait.status.hint
+    return f"Conflicts: {conflicts}." if conflicts else gait.status.hint
 
 
 def _tune(

@@ -108,11 +108,11 @@ def write_gait(group: h5py.Group, gait: AnyGait, shared: SharedGroups | None = N
     facts |= {"sequence": str(gait.sequence), "status": gait.status.key, "problem": json.dumps(plain(gait.problem))}
     write_attributes(group, facts)
     write_attributes(group.create_group("versions"), gait.versions)
-    _write_record(group.create_group("solver"), gait.solver)
+    write_flat_record(group.create_group("solver"), gait.solver)
     for name in ("verification", "proposal", "certificate"):
         record = getattr(gait, name, None)
         if record is not None:
-            _write_record(group.create_group(name), record)
+            write_flat_record(group.create_group(name), record)
     if gait.solution is not None:
         _write_solution(group.create_group("solution"), gait.solution)
     if isinstance(gait, PlanarGait):
@@ -154,7 +154,7 @@ def load(path: str | Path) -> AnyGait:
         return read_gait(file)
 
 
-def _write_record(group: h5py.Group, record: Any) -> None:
+def write_flat_record(group: h5py.Group, record: Any) -> None:
     """Write a flat record as attributes: numbers and text as they are, lists as JSON."""
     fields = dataclasses.asdict(record).items()
     lists = {name: json.dumps(plain(value)) for name, value in fields if isinstance(value, list | tuple)}
@@ -197,7 +197,7 @@ def _read_content(file: h5py.Group) -> AnyGait:
             sequence=PhaseSequence.parse(sequence),
             motion=read_planar_motion(file["motion"]),
             robot=read_robot(file, name, None),
-            verification=_read_verification(file, PlanarVerification),
+            verification=read_verification(file, PlanarVerification),
         )
     motion = read_motion_group(file["motion"])
     return Gait(
@@ -205,7 +205,7 @@ def _read_content(file: h5py.Group) -> AnyGait:
         sequence=ContactSequence.parse(sequence),
         motion=motion,
         robot=read_robot(file, name, motion),
-        verification=_read_verification(file, Verification),
+        verification=read_verification(file, Verification),
         proposal=_read_proposal(file["proposal"]) if "proposal" in file else None,
     )
 
@@ -225,7 +225,7 @@ def _read_solver(group: h5py.Group) -> SolverReport:
     return SolverReport(**solver)
 
 
-def _read_verification(file: h5py.Group, kind: Callable[..., Any]) -> Any:
+def read_verification(file: h5py.Group, kind: Callable[..., Any]) -> Any:
     """Return the verification of a gait, if it has one."""
     if "verification" not in file:
         return None

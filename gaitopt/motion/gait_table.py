@@ -6,13 +6,12 @@ from typing import Any
 
 from gaitopt.errors import join_reasons
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait, SolverReport
+from gaitopt.motion.gait import IMPLAUSIBLE, NONEXISTENT, Gait
 from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.solve_table import Facts, describe_solve, list_remarks
 from gaitopt.status import Status
-
-Facts = list[tuple[str, str]]
 
 ROUNDING = 1e-9
 """Margins smaller than this are rounding errors and are printed as 0."""
@@ -53,34 +52,8 @@ def tabulate_gait(gait: Gait | PlanarGait) -> Facts:
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
-    times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
-    facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
+    facts.append(("solver", describe_solve(gait)))
     return [*facts, *list_remarks(solver), *(("warning", str(edge)) for edge in find_impact_edges(gait))]
-
-
-NOT_YET_VERIFIED = (
-    "A value that would suffice relaxes the conflict at the nodes of a coarse grid; no gait has been solved and "
-    "verified with it yet. If that solve ends as plan_inaccurate or not_verified, relax the limit further."
-)
-"""Meaning of the sufficient value of a conflict."""
-
-
-def list_remarks(solver: SolverReport) -> Facts:
-    """Return the warnings of a solve and, of a failure, the conflicting limits or the constraints that are not met.
-
-    Examples
-    --------
-    >>> from gaitopt import load
-    >>> list_remarks(load("docs/examples/compass_slip.h5").solver)
-    []
-    """
-    facts = [("warning", warning) for warning in solver.warnings]
-    facts += [("conflict", str(conflict)) for conflict in solver.conflicts]
-    if any(math.isfinite(conflict.sufficient) and conflict.verified is None for conflict in solver.conflicts):
-        facts.append(("note", NOT_YET_VERIFIED))
-    if not solver.conflicts:  # otherwise the last iterate is that of a solve that was stopped early
-        facts += [("not met", str(violation)) for violation in solver.violations]
-    return facts
 
 
 def _numbers(gait: Gait) -> Facts:

@@ -5,7 +5,6 @@ import math
 from gaitopt.errors import GaitoptError, join_reasons
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.gait_table import (
-    Facts,
     describe_certificate,
     describe_design,
     describe_energy,
@@ -13,7 +12,6 @@ from gaitopt.motion.gait_table import (
     describe_script,
     describe_status,
     format_objective,
-    list_remarks,
     name_objective,
     round_margin,
 )
@@ -22,7 +20,7 @@ from gaitopt.motion.impact_edge import find_impact_edges
 from gaitopt.motion.planar_gait import PlanarGait
 from gaitopt.motion.planar_gait_summary import find_depths, find_slides, find_support, friction_margin
 from gaitopt.motion.planar_motion import PlanarEvent
-from gaitopt.motion.printable import format_count
+from gaitopt.motion.solve_table import Facts, describe_solve, list_remarks
 from gaitopt.motion.stated_changes import find_closing
 from gaitopt.status import Status
 
@@ -52,8 +50,7 @@ def tabulate_planar_gait(gait: PlanarGait) -> Facts:
     ]
     if gait.status in (Status.SOLVED, Status.ACCEPTABLE, Status.NOT_VERIFIED, Status.PLAN_INACCURATE):
         facts += _numbers(gait)
-    times = f"build {solver.build_seconds:.2f} s, solve {solver.solve_seconds:.2f} s"
-    facts.append(("solver", f"{solver.message}, {format_count(solver.iterations, 'iteration')}; {times}"))
+    facts.append(("solver", describe_solve(gait)))
     return [*facts, *list_remarks(solver), *(("warning", str(edge)) for edge in find_impact_edges(gait))]
 
 

@@ -1,7 +1,6 @@
 """Provenance of a problem: the script that states it, and plain data of custom objects."""
 
 import dataclasses
-import shlex
 from collections.abc import Mapping
 from typing import Any
 
@@ -33,18 +32,6 @@ class ScriptRecord:
     sha256: str
     parameters: Mapping[str, Any]
     changed: tuple[str, ...] = ()
-
-    @property
-    def command_text(self) -> str:
-        """The file with the options of a command that set its parameters.
-
-        Examples
-        --------
-        >>> ScriptRecord(file="walk.py", sha256="e3b0", parameters={"mu": 0.2}, changed=("mu",)).command_text
-        'walk.py --set mu=0.2'
-        """
-        settings = (shlex.quote(f"{name}={self.parameters[name]}") for name in self.changed)
-        return " ".join([self.file, *(f"--set {setting}" for setting in settings)])
 
     def describe(self) -> dict[str, Any]:
         """Return the record as plain data; other values are converted to text."""

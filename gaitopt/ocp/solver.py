@@ -185,7 +185,7 @@ def _solve_problem(
         solver = solver.start_clock()
     require_valid_step(problem.robot)
     if reason := explain_impossibility(problem.sequence, problem):
-        return _refuse(problem, reason, observer)
+        return _refuse(problem, reason)
     if problem.sequence.is_open:
         return _solve_open(problem, starts or 1, solver, homotopy, observer)
     if problem.stability is not None and _is_new(problem):
@@ -201,14 +201,14 @@ def _solve_problem(
     return _best([*gaits, *conclusions])
 
 
-def _refuse(problem: GaitProblem, reason: str, observer: SolveObserver) -> Gait:
-    """Return the failure of a problem with an impossible contact sequence, after one iteration from its guess."""
+def _refuse(problem: GaitProblem, reason: str) -> Gait:
+    """Return the failure of a problem that is known to have no solution; its motion is near that of its guess."""
     closed = problem.replace(sequence=_close(problem.sequence)) if problem.sequence.is_open else problem
-    gait = solve_from_start(closed, _start(closed, 0), Ipopt(max_iterations=1), observer)
+    gait = solve_from_start(closed, _start(closed, 0), Ipopt(max_iterations=1), silent)
     if gait.status is Status.INTERRUPTED:
         return gait
     failure = gait.with_failure(Status.INFEASIBLE, reason)
-    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
+    return failure.replace_fields(solver=failure.solver.replace_fields(iterations=0, violations=()))
 
 
 def _close(sequence: ContactSequence) -> ContactSequence:

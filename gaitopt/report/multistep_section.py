@@ -5,6 +5,7 @@ import math
 from gaitopt.errors import join_reasons
 from gaitopt.motion.gait_table import name_objective
 from gaitopt.motion.link_roles import is_drawable
+from gaitopt.motion.verification_remark import remark_on_verification
 from gaitopt.ocp.multistep.multistep_gait import MultiStepGait
 from gaitopt.report.markup import Element, element, table
 from gaitopt.report.motion_charts import portraits, time_charts
@@ -31,12 +32,12 @@ def multistep_section(gait: MultiStepGait, *, title: str, name: str) -> Element:
     name : str
         Unique name among the sections of the page.
     """
-    warning = None if gait.status.ok else f"Not a solution ({gait.status.key}): {gait.status.hint}"
+    warning = remark_on_verification(gait)
     charts = [*time_charts(gait.motion, {}), *portraits(gait.motion)] if is_drawable(gait.motion) else []
     return element(
         "section",
         element("h2", title),
-        None if warning is None else element("p", warning, class_="warning"),
+        element("p", warning, class_="warning") if warning else None,
         *_tables(gait),
         element("div", *map(chart_figure, charts), class_="grid-of-figures"),
         class_="gait",

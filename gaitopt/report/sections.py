@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.motion.gait_table import Facts, tabulate_gait
+from gaitopt.motion.gait_table import tabulate_gait
 from gaitopt.motion.link_roles import is_drawable
 from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.motion.printable import format_count
+from gaitopt.motion.solve_table import Facts
+from gaitopt.motion.verification_remark import remark_on_verification
 from gaitopt.motion.view_motion import AnyMotion, view_motion
 from gaitopt.report.balance import draw_ledger, draw_multipliers, spell_complex
 from gaitopt.report.chart import Chart
@@ -42,11 +44,11 @@ def gait_section(gait: AnyGait, *, title: str, name: str) -> Element:
     """
     drawable = is_drawable(gait.motion)
     charts = [*_time_charts(gait), *portraits(gait.motion)] if drawable else []
-    warning = None if gait.status.ok else f"Not a solution ({gait.status.key}): {gait.status.hint}"
+    warning = remark_on_verification(gait)
     return element(
         "section",
         element("h2", title),
-        None if warning is None else element("p", warning, class_="warning"),
+        element("p", warning, class_="warning") if warning else None,
         element(
             "div",
             make_player(gait, charts, name=name) if drawable else _nothing_to_draw(),

@@ -193,12 +193,13 @@ def faster_planar_walks(engine: "PlanarEngine") -> str | None:
     Examples
     --------
     >>> faster_planar_walks(planar_engine_named("scipy")).partition(":")[0]
-    'With stiff feedback the heyoka engine is about ten times faster, after a compilation of some seconds'
+    'With stiff feedback the heyoka engine is about ten times faster, after a compilation that may \
+take some minutes'
     """
     if engine.name != "scipy":
         return None
     install = "" if find_spec("heyoka") else "; on Linux, install it by pip install 'gaitopt[fast]'"
     return (
-        "With stiff feedback the heyoka engine is about ten times faster, after a compilation of some seconds: "
-        f"--engine heyoka{install}."
+        "With stiff feedback the heyoka engine is about ten times faster, after a compilation that may take some "
+        f"minutes: --engine heyoka{install}."
     )

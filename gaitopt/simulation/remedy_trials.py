@@ -32,6 +32,9 @@ from gaitopt.status import Status
 Trial = Callable[[PlanarProblem], bool]
 """Solve and replay of a problem: whether it has a verified gait."""
 
+Keep = Callable[[PlanarProblem, PlanarGait], None]
+"""Receives each verified gait with its problem, which differs from the stated one."""
+
 CHANGES = (1.0, 1.3)
 """Changes of a limit that are tried, relative to the one that suffices at the nodes of a coarse grid."""
 
@@ -61,7 +64,13 @@ MOST_LIMITS = 3
 """Largest number of limits that are tried: each trial takes as long as a solve that does not fail."""
 
 
-def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent) -> PlanarGait:
+def discard_gait(problem: PlanarProblem, gait: PlanarGait) -> None:
+    """Keep no gait."""
+
+
+def try_remedies(
+    problem: PlanarProblem, failure: PlanarGait, observer: Observer = silent, *, keep: Keep = discard_gait
+) -> PlanarGait:
     """Return a failed solve with the limits, thresholds, sequence and slope that lead to a verified gait.
 
     Each of the first conflicting limits that suffice alone is relaxed, the thresholds in `armed` are lowered if they
@@ -80,6 +89,8 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     failure : PlanarGait
         Result of its solve.
     observer : Observer, optional
+    keep : callable, optional
+        Receives each verified gait with its problem.
 
     Raises
     ------
@@ -98,11 +109,11 @@ def try_remedies(problem: PlanarProblem, failure: PlanarGait, observer: Observer
     longest = max(LONGEST_SHARE * failure.solver.solve_seconds, LEAST_TIME)
     solver = Ipopt(max_iterations=MOST_ITERATIONS, time_limit=longest)
     impacts = find_sequence_of_impacts(problem)
-    if impacts is not None and _is_solved(problem.replace(sequence=impacts), solver, observer):
+    if impacts is not None and _is_solved(problem.replace(sequence=impacts), solver, observer, keep):
         found = f"A verified gait was found with impacts, sequence='{impacts}', and no other change."
         tried = _put_first((found,), failure, but=report_suspects(problem, ()))
     else:
-        tried = _try_changes(problem, failure, solver, observer)
+        tried = _try_changes(problem, failure, solver, observer, keep)
     return _put_first(report_soft_touchdowns(problem), tried)
 
 
@@ -112,9 +123,12 @@ def _put_first(warnings: tuple[str, ...], gait: PlanarGait, *, but: tuple[str, .
     return gait.replace_fields(solver=gait.solver.replace_fields(warnings=(*warnings, *others)))
 
 
-def _try_changes(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer) -> PlanarGait:
+def _try_changes(
+    problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, observer: Observer, keep: Keep
+) -> PlanarGait:
     """Return a failed solve with the changes of limits, thresholds, sequence or slope that lead to a verified gait."""
-    report, is_solved = failure.solver, functools.partial(_is_solved, solver=solver, observer=observer)
+    report = failure.solver
+    is_solved = functools.partial(_is_solved, solver=solver, observer=observer, keep=keep)
     if failure.status is Status.PLAN_INACCURATE:
         return _put_first(tuple(_try_later_touchdown(problem, failure, is_solved)), failure)
     lower = tuple(_try_lower_threshold(problem, solver, observer, is_solved))
@@ -128,7 +142,7 @@ def _try_changes(problem: PlanarProblem, failure: PlanarGait, solver: Ipopt, obs
         warnings = [*lower, *(each for each in warnings if each not in wrong)]
     elif not any(conflict.verified for conflict in conflicts):
         suspects = report_suspects(problem, [each for each in conflicts if each.verified is not None])
-        stronger = tuple(_try_stronger_actuators(problem, solver, observer))
+        stronger = tuple(_try_stronger_actuators(problem, solver, observer, keep))
         if variants := stronger or tuple(_try_variants(problem, is_solved)):  # the sequence is then possible
             warnings = [*variants, *(each for each in warnings if each not in suspects)]
         else:
@@ -209,7 +223,7 @@ def _try_limit(problem: PlanarProblem, conflict: Conflict, is_solved: Trial) -> 
     return replace(conflict, verified=False)
 
 
-def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> Iterator[str]:
+def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> Iterator[str]:
     """Yield a sentence if a gait is verified with larger limits of the actuators, except of idle ones.
 
     The actuators may be too weak together, or a motion on a coarse grid far from a gait may hide that they are.
@@ -223,7 +237,7 @@ def _try_stronger_actuators(problem: PlanarProblem, solver: Ipopt, observer: Obs
     if strong == limits:
         return
     patient = evolve(solver, max_iterations=2 * MOST_ITERATIONS)  # the first guess of torques is far from the optimum
-    gait = _solve_trial(problem.replace(limits=evolve(problem.limits, torque=strong)), patient, observer)
+    gait = _solve_trial(problem.replace(limits=evolve(problem.limits, torque=strong)), patient, observer, keep)
     if gait is None:
         return
     peaks = dict(zip(actuators, abs(gait.motion.channel("torque")).max(axis=1), strict=True))
@@ -277,17 +291,20 @@ def _exchange_contacts(problem: PlanarProblem) -> PhaseSequence | None:
         return None
 
 
-def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> bool:
+def _is_solved(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> bool:
     """Return whether a problem has a gait that passes its replay."""
-    return _solve_trial(problem, solver, observer) is not None
+    return _solve_trial(problem, solver, observer, keep) is not None
 
 
-def _solve_trial(problem: PlanarProblem, solver: Ipopt, observer: Observer) -> PlanarGait | None:
-    """Return a gait that passes its replay, or None; a guess for another sequence is not accepted."""
+def _solve_trial(problem: PlanarProblem, solver: Ipopt, observer: Observer, keep: Keep) -> PlanarGait | None:
+    """Return a gait that passes its replay and is kept, or None; a guess for another sequence is not accepted."""
     try:
         gait = solve_from_guess(problem, solver, observer)
     except InputError:
         return None
     if gait.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    return gait if gait.status.ok and verify_planar(gait).status.ok else None
+    if not (gait.status.ok and (verified := verify_planar(gait)).status.ok):
+        return None
+    keep(problem, verified)
+    return verified

@@ -70,7 +70,7 @@ class GainSearchOptions:
 
 
 class _SearchStopped(Exception):
-    """Ends the simplex method after an evaluation; not KeyboardInterrupt, which a second Ctrl-C raises."""
+    """Ends the simplex method, also during an evaluation; not KeyboardInterrupt, which a second Ctrl-C raises."""
 
 
 class GainSearch:
@@ -142,6 +142,11 @@ class GainSearch:
             raise _SearchStopped
         return value
 
+    def _check(self) -> None:
+        """End the search during an evaluation after a Ctrl-C; the first evaluation is completed."""
+        if self._interrupt.received and self.trials:
+            raise _SearchStopped
+
     def _value(self, gains: Mapping[str, float]) -> float:
         try:
             law = self.family.law(gains)
@@ -151,7 +156,7 @@ class GainSearch:
 
     def _on_ground(self, law: Law | PlanarLaw, ground: GroundMap) -> float:
         """Return the objective of a law on one ground."""
-        matrices = ground.derivatives(law)
+        matrices = ground.derivatives(law, self._check)
         if not matrices or not all(np.all(np.isfinite(matrix)) for matrix in matrices):
             return INFEASIBLE_PENALTY
         return worst(*(self.objective(matrix, np.broadcast_to(ground.scale, len(matrix))) for matrix in matrices))

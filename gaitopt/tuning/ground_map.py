@@ -1,6 +1,6 @@
 """The return map of a gait on one ground as a function of the law, for the search for gains."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,7 +14,7 @@ from gaitopt.motion.planar_gait import AnyGait, PlanarGait
 from gaitopt.simulation.engine import Engine
 from gaitopt.simulation.engine_choice import choose_engine, choose_planar_engine
 from gaitopt.simulation.hybrid_automaton import make_walker
-from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton
+from gaitopt.simulation.planar_simulation.planar_automaton import PlanarAutomaton, accept_step
 from gaitopt.simulation.planar_simulation.planar_engine import REFERENCE, PlanarEngine
 from gaitopt.stability.fixed_point import find_fixed_point
 from gaitopt.stability.one_sided import one_sided_derivatives
@@ -38,10 +38,10 @@ class GroundMap(Protocol):
         """Sizes of deviations of the coordinates that have equal weight, shape (n_z,), or (1,) if they are equal."""
         ...
 
-    def derivatives(self, law: Any) -> tuple[Array, ...]:
+    def derivatives(self, law: Any, check: Callable[[], None] = accept_step) -> tuple[Array, ...]:
         """Return the derivative of the return map under a law, one for each side of a boundary of impact modes.
 
-        Empty if no periodic gait is found near the planned one.
+        Empty if no periodic gait is found near the planned one.  `check` is called repeatedly, and may raise an error.
         """
         ...
 
@@ -57,7 +57,7 @@ class SingleGroundMap:
         n_a = len(gait.robot.angles)
         self.scale: Array = np.array([ANGLE] * (n_a - 1) + [RATE] * n_a + [RATE])
 
-    def derivatives(self, law: Law) -> tuple[Array, ...]:
+    def derivatives(self, law: Law, check: Callable[[], None] = accept_step) -> tuple[Array, ...]:
         """Return the derivatives; Newton's method starts from the fixed point of the previous law."""
         engine = choose_engine(self._engine, law, self._robot)
         walker = make_walker(self._robot, law, self._ground, period=self._period, engine=engine)
@@ -70,6 +70,7 @@ class SingleGroundMap:
                 return ()
             z, passage = point.z, point.passage
             self._point = z
+        check()
         sides = one_sided_derivatives(return_map.walker, passage.states[0], passage.walk_steps[0])
         return tuple(sides or (return_map.derivative(z, passage),))
 
@@ -85,9 +86,10 @@ class PlanarGroundMap:
         self._weights = np.repeat([1 / ANGLE, 1 / RATE], n)
         self.scale: Array = np.ones(1)
 
-    def derivatives(self, law: PlanarLaw) -> tuple[Array, ...]:
+    def derivatives(self, law: PlanarLaw, check: Callable[[], None] = accept_step) -> tuple[Array, ...]:
         """Return the derivative, if there is a gait near the planned one."""
         automaton = PlanarAutomaton(self._gait.robot, self._ground, law, engine=self._engine)
+        automaton.check = check
         try:
             cycle = find_cycle_from(automaton, *self._start, law.section, tolerance=PLANNED)
         except InputError:  # the robot falls in its first step

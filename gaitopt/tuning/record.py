@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Mapping
 from dataclasses import field
+from typing import Any
 
 from gaitopt.control.law import Law
 from gaitopt.control.planar_laws.planar_law import PlanarLaw
@@ -75,6 +76,8 @@ class Tuning:
         Whether Ctrl-C ended the search; the gains are then the best ones so far and are not verified.
     actuator_units : mapping of str to str
         Unit of the torque or force of each actuator.
+    gait : mapping
+        Quantities that identify the gait, such as its speed.
 
     Examples
     --------
@@ -101,6 +104,7 @@ class Tuning:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     search_interrupted: bool = field(default=False, repr=False)
     actuator_units: Mapping[str, str] = field(default_factory=dict, repr=False)
+    gait: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         gains = textwrap.shorten(", ".join(f"{name}={gain:.4g}" for name, gain in self.gains.items()), 120)

@@ -27,6 +27,7 @@ from gaitopt.stability.recovery import PushTest, Recovery, find_largest_recovery
 from gaitopt.tuning.controller_family import ControllerFamily
 from gaitopt.tuning.gain_search import GainSearch, GainSearchOptions
 from gaitopt.tuning.record import Trial, Tuning
+from gaitopt.tuning.tuned_gait import identify_gait
 from gaitopt.tuning.tuning_objective import SpectralRadius, TuningObjective
 
 
@@ -44,7 +45,7 @@ def tune_feedback(
 ) -> Tuning:
     """Tune the gains of a law that stabilises a gait, and verify the tuned law by walks in the simulator.
 
-    Ctrl-C during the search ends it after the current evaluation and keeps the best gains so far, without
+    Ctrl-C during the search ends it, once gains have been evaluated, and keeps the best gains so far, without
     verification; `search_interrupted` is then True.  Ctrl-C during the verification ends it after the current walk and
     keeps the gains; `verified.interrupted` is then True.  A second Ctrl-C raises KeyboardInterrupt.
 
@@ -122,6 +123,7 @@ def tune_feedback(
         bounds={gain.name: (gain.lower, gain.upper) for gain in family.gains},
         search_interrupted=gain_search.interrupted,
         actuator_units=_list_actuator_units(robot),
+        gait=identify_gait(gait),
     )
 
 

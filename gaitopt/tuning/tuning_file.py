@@ -1,6 +1,7 @@
 """Files of tuned gains in JSON."""
 
 import math
+import shlex
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
@@ -16,6 +17,7 @@ from gaitopt.motion.atomic import check_suffix
 from gaitopt.motion.json_file import read_json, write_json
 from gaitopt.motion.motion import Motion
 from gaitopt.motion.planar_gait import PlanarGait
+from gaitopt.motion.summary import plain
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning.controller_family import (
     FAMILIES,
@@ -61,6 +63,9 @@ class TunedGains:
         known, as in files of earlier versions.
     actuator_units : mapping of str to str
         Unit of the torque or force of each actuator; empty if it is not known, as in files of earlier versions.
+    gait : mapping
+        Quantities that identify the gait for which the gains were tuned, such as its speed; empty in files of earlier
+        versions.
     script_changed : bool
         Whether the script of the law has changed since the gains were tuned, so that radius and recovery may be others.
 
@@ -86,6 +91,7 @@ class TunedGains:
     search_interrupted: bool = False
     several_contacts: bool | None = None
     actuator_units: Mapping[str, str] = field(default_factory=dict)
+    gait: Mapping[str, Any] = field(default_factory=dict, repr=False)
     script_changed: bool = False
 
     def __repr__(self) -> str:
@@ -144,13 +150,19 @@ class TunedGains:
         if unknown := [name for name in self.gains if name not in known]:
             raise InputError(
                 f"The law {family.name!r} has no gain {unknown[0]!r}, which was tuned. {suggest(unknown[0], known)} "
-                "If the law has changed, tune it again."
+                f"If the law has changed, tune it again{self._retune()}."
             )
         missing = [gain.name for gain in family.gains if gain.name not in self.gains]
         if complete and missing:
             raise InputError(
-                f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again."
+                f"The tuned gains do not contain {missing[0]!r} of the law {family.name!r}; tune the law again"
+                f"{self._retune()}."
             )
+
+    def _retune(self) -> str:
+        """Return the command that tunes the law again, after a colon; empty for a custom law of no script."""
+        named = self.family in (*FAMILIES, *SYNONYMS) or split_script_law(self.family)
+        return f": gaitopt tune GAIT --law {shlex.quote(self.family)}" if named else ""
 
     def _find_family(self, robot: Robot | PlanarRobot, motion: Motion | PlanarGait) -> ControllerFamily:
         """Return the family of gaitopt or of the script that the file names."""
@@ -220,6 +232,7 @@ def save_tuning(tuned: Tuning, path: str | Path) -> Path:
         "search_interrupted": tuned.search_interrupted,
         "several_contacts": None if tuned.law is None else isinstance(tuned.law, PlanarLaw),
         "actuator_units": dict(tuned.actuator_units),
+        "gait": plain(dict(tuned.gait)),
         "trials": [{"gains": trial.gains, "objective": trial.objective} for trial in tuned.trials],
     }
     return write_json(facts, path, KIND)
@@ -264,6 +277,7 @@ def load_tuning(path: str | Path) -> TunedGains:
             verified=dict(facts.get("verified") or {}),
             search_interrupted=bool(facts.get("search_interrupted")),
             several_contacts=facts.get("several_contacts"),
+            gait=dict(facts.get("gait") or {}),
             actuator_units={str(name): str(unit) for name, unit in facts.get("actuator_units", {}).items()},
         )
 

@@ -108,7 +108,8 @@ def test_an_interrupted_solve_ends_with_status_130(command, script, folder, monk
 def test_a_family_that_is_not_solved_writes_nothing(command, script, folder):
     run = command("design", script(SCRIPT), "--set", "torque=0.1")
     assert run.status == 1
-    assert "nothing was written: to repeat the design, keep own.py --set torque=0.1" in run.out
+    assert "nothing was written. To repeat the design: gaitopt design " in run.out
+    assert run.out.endswith("own.py --set torque=0.1\n")
     assert not (folder / "own").exists()
     assert "earlier design" not in run.out
     (folder / "own").mkdir()
@@ -239,13 +240,17 @@ def test_a_robust_problem_without_a_gait_ends_with_status_1_and_its_conflicts(co
     text = ROBUST.replace('"friction": (0.18, 0.2)', '"friction": (0.02, 0.2)')
     (folder / "own").mkdir()
     (folder / "own" / "own.h5").write_text("from an earlier design")
-    run = command("design", script(text), "--set", "friction=0.02")
+    run = command("design", script(text).name, "--set", "friction=0.02")
     assert run.status == 1
     assert "No gait was found at friction 0.02" in run.err
     assert "Conflicts: " in run.err
     assert "friction is 0.02: " in run.err
-    assert "to repeat the design, keep own.py --set friction=0.02." in " ".join(run.err.split())
-    assert run.err.endswith(f"{Path('own', 'own.h5')} is unchanged; it is from an earlier design.\n")
+    assert f"{Path('own', 'own.h5')} is unchanged; it is from an earlier design." in run.err
+    assert (
+        f"{Path('own', 'own_failed.h5')} contains this problem without the scenarios, for 'gaitopt solve'." in run.err
+    )
+    assert run.err.endswith(" To repeat the design: gaitopt design own.py --set friction=0.02\n")
+    assert "near the initial guesses" not in run.err  # the conflicts state more
     assert {path.name for path in (folder / "own").iterdir()} == {"own.h5", "own_failed.h5"}
     again = command("solve", folder / "own" / "own_failed.h5", "--json")
     assert (again.status, again.json["status"]) == (1, "infeasible")
@@ -266,3 +271,13 @@ def test_other_problems_have_no_law_and_robust_ones_are_not_solved_alone(command
     run = command("solve", script(ROBUST))
     assert run.status == 2
     assert "gaitopt design" in run.err
+
+
+@pytest.mark.parametrize("verb", ["plot", "animate", "verify", "tune", "push"])
+def test_commands_on_results_name_the_command_that_solves_a_robust_problem(command, root, verb):
+    script = root / "problems/compass_robust.py"
+    run = command(verb, script)
+    assert run.status == 2
+    assert "is a script with a robust problem, not a" in run.err
+    assert f"run 'gaitopt design {script}' first" in run.err
+    assert "gaitopt solve" not in run.err

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from gaitopt import InputError, Status
-from gaitopt.cli.solving import _state_failure
+from gaitopt.cli.failed_solve import state_failure
 from gaitopt.motion.gait_table import tabulate_gait
 
 
@@ -19,7 +19,7 @@ def test_reasons_of_a_failure_are_separated_by_semicolons_without_periods(slip_g
     failed = slip_gait.with_verification(replay)
     table = dict(tabulate_gait(failed))["replay"]
     assert table == "failed: the replay stopped at 0.1 s: The walker fell; the replay has no touchdown"
-    line = _state_failure(failed)
+    line = state_failure(failed)
     assert line.startswith(f"not_verified: replay: {table.removeprefix('failed: ')}. The optimiser converged, but")
     assert ".;" not in line
 

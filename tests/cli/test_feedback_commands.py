@@ -15,8 +15,8 @@ import pytest
 import gaitopt
 from gaitopt import GainSearchOptions, PushTest, assess_stability, compass_biped, load, save, tune_feedback
 from gaitopt.cli.app import main
-from gaitopt.cli.feedback_output import print_endurance
-from gaitopt.cli.law_option import _warn_of_changed_script, design_for, limit_for
+from gaitopt.cli.law_option import _warn_of_another_gait, _warn_of_changed_script, design_for, limit_for
+from gaitopt.cli.push_output import print_endurance
 from gaitopt.progress import TuningStep, VerificationStep
 from gaitopt.stability.recovery import Recovery
 from gaitopt.tuning import ControllerFamily, load_tuning, save_tuning
@@ -37,7 +37,7 @@ KEYS = [
         "fixed_point_shift",
         "worse_than_open_loop",
     ),
-    *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds"),
+    *("sequence", "planned_sequence", "verified", "evaluations", "search_interrupted", "seconds", "gait_verified"),
 ]
 
 
@@ -439,7 +439,28 @@ def test_gains_of_a_law_that_has_changed_are_refused_or_remarked(capsys, tmp_pat
     for command in (("stability", GAIT), ("export", GAIT, "-o", str(tmp_path / "law.c")), ("tune", GAIT)):
         code, said = run(capsys, command[0], *command[1:], "--law", gains)
         assert code == 2
-        assert "has no gain 'stiffness', which was tuned." in " ".join(said.err.split())
+        text = " ".join(said.err.split())
+        assert "has no gain 'stiffness', which was tuned." in text
+        assert text.endswith(f"If the law has changed, tune it again: gaitopt tune GAIT --law {script}:hip_spring.")
+
+
+def test_gains_tuned_for_another_gait_are_remarked_once(capsys, tmp_path, slip_gait):
+    gains = tmp_path / "gains.json"
+    options = ("--law", "pd", "--starts", "1", "--samples", "0", "--evaluations", "1", "--steps", "1")
+    run(capsys, "tune", GAIT, *options, "-o", str(gains))
+    assert "another gait" not in run(capsys, "stability", GAIT, "--law", str(gains))[1].err
+    facts = json.loads(gains.read_text())
+    assert facts["gait"]["parameters"]["friction"] == 0.14
+    facts["gait"]["speed"], facts["gait"]["parameters"]["friction"] = 0.7, 0.2
+    gains.write_text(json.dumps(facts))
+    for command in (("stability", GAIT), ("tune", GAIT, *options[2:])):
+        _warn_of_another_gait.cache_clear()
+        said = run(capsys, *command, "--law", str(gains))[1].err
+        assert said.count("were tuned for another gait (speed 0.7 m/s, friction 0.2)") == 1
+        assert "this gait has speed 0.633 m/s, friction 0.14." in said
+    del facts["gait"]  # a file of an earlier version
+    gains.write_text(json.dumps(facts))
+    assert "another gait" not in run(capsys, "stability", GAIT, "--law", str(gains))[1].err
 
 
 def test_the_file_of_gains_of_an_earlier_version_finds_its_law_script(tmp_path, monkeypatch, script, slip_gait):

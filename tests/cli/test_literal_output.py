@@ -29,6 +29,7 @@ from gaitopt.cli import (
     pareto_command,
     planar_walk_output,
     planar_walks,
+    push_output,
     result_output,
     setup,
     study_output,
@@ -154,7 +155,7 @@ def tuning():
 
 def assess_robustness():
     survived = [{"kind": "push [rad/s]", "survived": 0.1, "failed": 0.2, "unit": "rad/s"}]
-    feedback_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
+    push_output.print_endurance({"law": "lqr", "radius": 0.5, "survived": survived}, {})
 
 
 def gaits():

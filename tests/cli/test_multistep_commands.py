@@ -32,9 +32,14 @@ def test_a_gait_of_two_steps_is_solved_shown_verified_and_drawn(command, script,
     assert "torque squared:" in shown
     assert "objective" not in shown
     assert command("verify", "two.h5", "--json").json["verification"]["passed"]
+    assert load_steps(folder / "two.h5").verification.passed
+    assert command("verify", "two.h5", "-o", "again.h5", "--json").json["file"] == "again.h5"
+    assert load_steps(folder / "again.h5").verification == load_steps(folder / "two.h5").verification
+    assert "replay: passed" in command("show", "again.h5").out
     for name, picture in (("plot", "two.png"), ("animate", "two.gif"), ("report", "two.html")):
         assert command(name, "two.h5", "-o", picture).status == 0
         assert (folder / picture).stat().st_size > 0
+    assert command("report", "two.h5", "--json").json["gait_verified"] == {"two": True}
     page = (folder / "two.html").read_text(encoding="utf-8")
     assert page.count("<tr>") >= 7
     assert "Force ratio and friction cone" in page

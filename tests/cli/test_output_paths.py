@@ -18,6 +18,7 @@ def gait(folder, slip_file):
         "report gait.h5 -o link.h5",
         "export gait.h5 -o gait.h5",
         "tune gait.h5 -o gait.h5",
+        "verify gait.h5 -o link.h5",
         "simulate gait.h5 -o gait.h5",
         "solve problem.py -o problem.py",
         "solve problem.py -o problem.h5",

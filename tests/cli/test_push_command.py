@@ -8,6 +8,7 @@ import pytest
 
 from gaitopt import assess_stability
 from gaitopt.cli.progress_display import Display
+from gaitopt.cli.push_output import _explain_small_push
 from gaitopt.progress import VerificationStep
 from gaitopt.simulation import default_engine
 from gaitopt.study import RobustnessMargins, RobustnessRecord, load_robustness, save_robustness
@@ -247,3 +248,34 @@ def test_the_log_of_pushes_infers_which_balls_are_survived(tmp_path):
 
 def test_a_worker_without_the_folder_of_the_log_continues(tmp_path):
     MarginLog(tmp_path / "absent", "push", "rad/s", 40).add_trial(0.1, None)
+
+
+def test_it_is_stated_why_only_negligible_pushes_are_survived(command, root, folder):
+    """In open loop, some walks return to the gait within more steps than are tested."""
+    assert command("solve", root / "problems/compass_stick.py", "--quiet").status == 0
+    run = command("push", "compass_stick.h5", "--kind", "push", "--starts", "20", "--workers", "1", "-o", "push.json")
+    (margin,) = load_robustness(folder / "push.json").margins
+    assert margin.survived < 0.01
+    assert margin.failures == {"slow": 1}
+    reason = "do not return (of 20 walks, 1 approaches it too slowly): none ends or leads away from the gait"
+    assert reason in run.out
+    assert reason in command("show", "push.json").out
+
+
+@pytest.mark.parametrize(
+    ("radius", "failures", "ends", "reason"),
+    [
+        (1.2, {}, {}, "none is survived, since the gait is unstable (spectral radius 1.2)"),
+        (
+            0.5,
+            {"ended": 2, "slow": 1},
+            {"lift_off": 2},
+            "some walks after pushes of at most 0.002 rad/s do not return (of 9 walks, 2 end, 1 approaches it too "
+            "slowly) (the stance foot lifts off: 2)",
+        ),
+        (0.5, {}, {}, ""),
+    ],
+)
+def test_the_reason_is_that_of_the_walks(radius, failures, ends, reason):
+    push = {"failed": 0.002, "failures": failures, "ends": ends}
+    assert _explain_small_push({"radius": radius, "starts": 9}, push) == reason

@@ -341,10 +341,11 @@ def test_touchdowns_without_impulse_are_remarked_before_the_solve(root):
 
 
 @pytest.mark.parametrize("interrupted", [False, True])
-def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, monkeypatch, interrupted):
+def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, monkeypatch, hop_gait, interrupted):
     """An interrupt of the trials keeps what the solve has found."""
 
-    def try_remedies(problem, failure, observer):
+    def try_remedies(problem, failure, observer, *, keep):
+        keep(problem.replace(speed=0.3), hop_gait)
         if interrupted:
             raise KeyboardInterrupt
         return failure.replace_fields(solver=failure.solver.replace_fields(warnings=("another sequence is solved",)))
@@ -357,14 +358,18 @@ def test_a_failed_solve_of_several_contacts_tries_its_remedies(command, folder, 
     assert ("another sequence is solved" in run.out) is not interrupted
     assert ("Interrupted: possible remedies are not all tested." in run.err) is interrupted
     assert (folder / "hop_failed.h5").exists()
+    assert "wrote hop_remedy_1.h5 (the verified gait with speed = 0.3 m/s)" in run.out
+    assert load("hop_remedy_1.h5").status.ok
+    assert command("solve", "hop.py", "--json").json["remedy_files"] == ["hop_remedy_1.h5"]
 
 
 @pytest.mark.parametrize("status", [Status.PLAN_INACCURATE, Status.INFEASIBLE, Status.TIME_LIMIT])
 def test_remedies_of_inaccurate_plans_are_tried_as_well(hop_gait, monkeypatch, status):
     tried = []
-    monkeypatch.setattr("gaitopt.simulation.remedy_trials.try_remedies", lambda *arguments: tried.append(1) or hop_gait)
+    monkeypatch.setattr("gaitopt.simulation.remedy_trials.try_remedies", lambda *_, **__: tried.append(1) or hop_gait)
     problem = PlanarProblem(robot=hop_gait.robot, sequence=str(hop_gait.sequence))
-    _try_remedies(problem, hop_gait.replace_fields(status=status), silent, SimpleNamespace(describe=lambda text: None))
+    display, files = SimpleNamespace(describe=lambda text: None), SimpleNamespace(keep=print)
+    _try_remedies(problem, hop_gait.replace_fields(status=status), silent, display, files)
     assert bool(tried) is (status is not Status.TIME_LIMIT)
 
 
@@ -375,5 +380,7 @@ def test_a_slope_without_a_gait_is_reported_without_the_remedies_of_a_failed_sol
     said = " ".join(run.out.split())
     assert "infeasible: The problem was not solved, since no periodic gait exists; the reason is stated below." in said
     assert "tan(slope) = 0.364 exceeds friction 0.14" in said
+    assert said.partition("no verified gait")[0].endswith("or friction of at least 0.364 ")  # no iteration, no time
+    assert command(*words, "--json").json["solver"]["iterations"] == 0
     assert quiet.err.startswith("infeasible: tan(slope) = 0.364 exceeds friction 0.14")
     assert not any("another contact sequence" in text for text in (run.out, quiet.err))

@@ -84,13 +84,20 @@ def test_a_slow_search_with_scipy_is_advised_to_use_heyoka(monkeypatch):
     assert "--engine heyoka" in announcement.advice
 
 
-@pytest.mark.parametrize(("seconds", "text"), [(None, "assessed;"), (20.0, "takes at most about 40 s;"), (0.1, "")])
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (None, "assessed;"),
+        (20.0, "the search ends, and the law of the best gains is assessed, which takes about 20 s;"),
+        (0.1, ""),
+    ],
+)
 def test_an_interrupt_of_a_slow_search_announces_its_end(monkeypatch, seconds, text):
     printed, times = [], iter([100.0, 100.0 + (seconds or 0)])
     monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
     monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
     announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
-    for number in (1, 2) if seconds else (1,):
+    for number in (1, 2) if seconds else ():
         announcement.time_step(TuningStep(number, 0.5, 0.5))
     printed.clear()
     with record_interrupts() as interrupt, hold_interrupt() as held:
@@ -132,11 +139,23 @@ def test_tune_states_the_cost_of_search_and_verification(command, slip_file, opt
     texts = [
         "search: at most 4 evaluations: the initial gains and one simplex search of at most 3 evaluations",
         "verification: at most about 20 walks of at most 30 steps each, from 2 random pushes (--starts)",
+        "trials of other laws: at most 100 walks, only if",
         "verification: a walk from a small push takes",
+        ", and trials of other laws up to ",
     ]
-    assert [text in run.err for text in texts] == [not option] * 3
+    assert [text in run.err for text in texts] == [not option] * 5
     if not option:
         assert sorted(texts, key=run.err.index) == texts
+
+
+def test_the_record_of_a_continued_search_is_stated_not_to_contain_the_earlier_evaluations(command, slip_file, folder):
+    assert command("tune", slip_file, *SHORT, "-o", "gains.json", "--no-trials").status == 0
+    run = command("tune", slip_file, "--law", "gains.json", *SHORT[2:], "--no-trials")
+    assert (
+        "search: the initial gains are those of the file; its 4 evaluations are not repeated, and the record of this "
+        "search does not contain them\n"
+    ) in run.err
+    assert "trials of other laws" not in run.err
 
 
 def tuning(gait, **verified):
@@ -248,6 +267,16 @@ def test_the_law_that_recovers_best_is_tested_and_the_stated_command_tunes_it(
     quick = ("--samples", "0", "--evaluations", "2", "--starts", "4", "--json")
     facts = command("tune", slip_file, "--law", law, "--torque-limit", torque_limit, *quick).json
     assert facts["verified"]["push_radius"] > 0.01
+
+
+def test_trials_of_other_laws_are_optional(command, slip_file, hardly_recovering, monkeypatch):
+    def fail(*_):
+        raise AssertionError
+
+    monkeypatch.setattr("gaitopt.stability.gait_recovery.measure_gait_recovery", fail)
+    run = command("tune", slip_file, "--law", "push_off", "--no-trials")
+    assert run.status == 0
+    assert "tune another law (--law joint_pd" in " ".join(run.out.split())
 
 
 def test_an_interrupt_of_the_trials_of_other_laws_keeps_the_gains(

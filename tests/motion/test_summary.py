@@ -10,7 +10,8 @@ import pytest
 from gaitopt import InputError, Status, load
 from gaitopt.motion import Conflict, Violation, summarise
 from gaitopt.motion.energy import Ledger
-from gaitopt.motion.gait_table import NOT_YET_VERIFIED, describe_energy, tabulate_gait
+from gaitopt.motion.gait_table import describe_energy, tabulate_gait
+from gaitopt.motion.solve_table import NOT_YET_VERIFIED
 from gaitopt.motion.summary import plain
 
 

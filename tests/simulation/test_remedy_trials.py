@@ -7,11 +7,13 @@ import re
 import pytest
 
 from gaitopt import Status
+from gaitopt.cli.remedy_files import describe_changes
 from gaitopt.motion.conflict import Conflict
 from gaitopt.motion.gait import IMPLAUSIBLE
-from gaitopt.motion.gait_table import NOT_YET_VERIFIED, describe_status, list_remarks
+from gaitopt.motion.gait_table import describe_status
+from gaitopt.motion.solve_table import NOT_YET_VERIFIED, list_remarks
 from gaitopt.ocp import PlanarLimits, solve_planar
-from gaitopt.ocp.multicontact.arming_threshold import find_least_arming
+from gaitopt.ocp.multicontact.arming_threshold import find_least_arming, lower_arming_thresholds
 from gaitopt.ocp.multicontact.planar_relaxable import replace_limit
 from gaitopt.ocp.multicontact.planar_remarks import report_suspects, report_unmet_arming
 from gaitopt.ocp.nlp.ipopt import Ipopt
@@ -52,7 +54,7 @@ def solved(monkeypatch):
     def state(exists):
         tried = []
 
-        def is_solved(problem, solver, observer):
+        def is_solved(problem, solver, observer, keep):
             tried.append(problem)
             return exists(problem)
 
@@ -191,7 +193,12 @@ def test_an_implausible_robot_ends_the_search_for_limits_and_remedies(solved):
 def test_actuators_that_are_too_weak_are_named_although_no_limit_is_known_to_suffice(uphill, failure):
     """The conflicts of a far motion do not contain the torque limit, and the sequence is possible."""
     weak = uphill.replace(slope=0.03, limits=PlanarLimits(torque=1.0))
-    gait = try_remedies(weak, fail(failure))
+    kept = []
+    gait = try_remedies(weak, fail(failure), keep=lambda problem, found: kept.append((problem, found)))
+    ((changed, found),) = kept
+    assert found.verification.passed
+    (change,) = describe_changes(weak, changed)
+    assert change.startswith("PlanarLimits.torque = {'motor': ")
     (advice,) = gait.solver.warnings
     assert advice.startswith("A verified gait was found with larger limits in PlanarLimits.torque and no other change")
     peak = float(re.search(r"above the stated limits are (\S+) N m at motor", advice)[1])
@@ -202,7 +209,7 @@ def test_actuators_that_are_too_weak_are_named_although_no_limit_is_known_to_suf
 
 def test_actuators_that_are_strong_are_not_tried(uphill):
     assert not list(
-        remedy_trials._try_stronger_actuators(uphill.replace(limits=PlanarLimits(torque=1e3)), Ipopt(), None)
+        remedy_trials._try_stronger_actuators(uphill.replace(limits=PlanarLimits(torque=1e3)), Ipopt(), None, None)
     )
 
 
@@ -228,6 +235,14 @@ def test_each_limit_can_be_replaced(uphill, setting, item, limit, value, read):
 
 def test_a_limit_that_is_no_single_number_is_not_replaced(uphill):
     assert replace_limit(uphill, dataclasses.replace(SPEED, setting="ActuatorImpulse.limits"), 2.0) is None
+
+
+def test_the_changes_of_a_problem_are_stated(uphill):
+    robot = lower_arming_thresholds(uphill.robot, 0.1)
+    changed = uphill.replace(robot=robot, slope=0.02, speed=0.3, sequence=TOE_FIRST)
+    changes = ["other thresholds in `armed`", "speed = 0.3 m/s", "slope = 0.02 rad", f"sequence = {TOE_FIRST}"]
+    assert list(describe_changes(uphill, changed)) == changes
+    assert not list(describe_changes(uphill, uphill.replace(name="other")))
 
 
 @pytest.mark.slow

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from gaitopt import Collocation
+from gaitopt import Collocation, GainSearchOptions
 from gaitopt.control import planar_joint_pd
+from gaitopt.interrupts import InterruptRecord
 from gaitopt.ocp import solve_planar
 from gaitopt.progress import silent
 from gaitopt.stability import find_planar_cycle
 from gaitopt.tuning import controller_family_named
 from gaitopt.tuning.gain_search import GainSearch
 from gaitopt.tuning.ground_map import PlanarGroundMap
+from gaitopt.tuning.tuning_objective import SpectralRadius
 from tests.ocp.multicontact_examples import walk
 
 
@@ -39,3 +41,24 @@ def test_an_objective_receives_a_size_for_each_coordinate(gait):
     search._on_ground(planar_joint_pd(gait), search._grounds[0])
     ((shape, sizes),) = shapes
     assert shape == 2 * sizes
+
+
+def test_a_search_is_interrupted_during_an_evaluation(gait, monkeypatch):
+    """An evaluation of stiff feedback may take minutes; the first one is completed, so that there are best gains."""
+    family = controller_family_named("joint_pd", gait.robot, gait, torque_limit=20.0)
+    check, received = GainSearch._check, []
+
+    for first in (True, False):
+        search, record = GainSearch(gait, gait.robot, family, SpectralRadius(), (), None, silent), InterruptRecord()
+
+        def interrupt(search, first=first, record=record):
+            if bool(search.trials) is not first and not record.received:
+                record.receive()
+                received.append(len(search.trials))
+            check(search)
+
+        monkeypatch.setattr(GainSearch, "_check", interrupt)
+        best = search.search(GainSearchOptions(samples=2, evaluations=2), record)
+        assert search.interrupted
+        assert search.trials == [best]
+    assert received == [0, 1]

@@ -118,7 +118,7 @@ def solve_planar(
     closed = [problem] if not problem.sequence.is_open else close_problem(problem)
     reasons = [explain_planar_impossibility(each) for each in closed]
     if all(reasons):
-        return _refuse(closed[0], reasons[0] or "", solver, observer)
+        return _refuse(closed[0], reasons[0] or "", solver)
     closed = [each for each, reason in zip(closed, reasons, strict=True) if reason is None]
     gaits: list[PlanarGait] = []
     for each, number in itertools.product(closed, range(starts)):
@@ -149,7 +149,7 @@ def solve_from_guess(problem: PlanarProblem, solver: Ipopt, observer: Observer =
     observer : Observer, optional
     """
     if (reason := explain_planar_impossibility(problem)) is not None:
-        return _refuse(problem, reason, solver, observer)
+        return _refuse(problem, reason, solver)
     return _solve_start(problem, 0, evolve(solver, permute=True).start_clock(), observer)
 
 
@@ -302,14 +302,14 @@ def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observe
     return gait.replace_fields(problem=gait.problem | {"stated_intervals": list(problem.counts)})
 
 
-def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver, observer: Observer) -> PlanarGait:
+def _refuse(problem: PlanarProblem, reason: str, solver: NlpSolver) -> PlanarGait:
     """Return the failure of a problem that has no solution, without solving it; or the interrupted evaluation."""
-    start = _Start(solver, observer)
+    start = _Start(solver, silent)
     result = start.solve(problem, limit=1)
     if result.outcome.status is Status.INTERRUPTED:
         return _report(result, start)
     failure = _report(replace(result, outcome=replace(result.outcome, status=Status.INFEASIBLE, message=reason)), start)
-    return failure.replace_fields(solver=failure.solver.replace_fields(violations=()))
+    return failure.replace_fields(solver=failure.solver.replace_fields(iterations=0, violations=()))
 
 
 def _durations(problem: PlanarProblem, number: int) -> Array | None:

@@ -13,9 +13,9 @@ from gaitopt.errors import InputError
 from gaitopt.interrupts import hold_interrupt
 from gaitopt.model.robot import Robot
 from gaitopt.model.terrain import Terrain
-from gaitopt.motion.archive import read_gait, write_gait
+from gaitopt.motion.archive import read_gait, read_verification, write_flat_record, write_gait
 from gaitopt.motion.atomic import check_gait_suffix
-from gaitopt.motion.gait import Gait, SolverReport
+from gaitopt.motion.gait import Gait, SolverReport, Verification
 from gaitopt.motion.hdf5 import read_hdf5, write_hdf5
 from gaitopt.motion.robot_archive import SharedGroups
 from gaitopt.motion.summary import plain
@@ -98,6 +98,8 @@ def save_steps(gait: MultiStepGait, path: str | Path) -> Path:
         robots: SharedGroups = {}
         for number in range(len(problem.steps)):
             write_gait(file.create_group(f"{STEPS}/{number:04d}"), gait_of_step(gait, number), robots)
+        if gait.verification is not None:
+            write_flat_record(file.create_group("verification"), gait.verification)
     interrupt.check()
     return path
 
@@ -106,8 +108,7 @@ def save_steps(gait: MultiStepGait, path: str | Path) -> Path:
 def load_steps(path: str | Path) -> MultiStepGait:
     """Read a gait of several steps from a file.
 
-    The problems of the steps are restored without their guesses and transcriptions; verify the gait again by
-    :func:`gaitopt.simulation.verify_steps`.
+    The problems of the steps are restored without their guesses and transcriptions.
 
     Raises
     ------
@@ -143,6 +144,7 @@ def load_steps(path: str | Path) -> MultiStepGait:
             constraint_violation=float(file.attrs["constraint_violation"]),
             error_between_nodes=float(file.attrs["error_between_nodes"]),
             message=str(file.attrs["message"]),
+            verification=read_verification(file, Verification),
         )
 
 

@@ -39,6 +39,10 @@ PhaseKey = tuple[ContactState, tuple[bool, ...], LawState | None, tuple[int | No
 """Everything on which the equations of a phase depend."""
 
 
+def accept_step() -> None:
+    """Accept a step of an integration."""
+
+
 class PlanarAutomaton:
     """A planar robot with given parameters under a torque.
 
@@ -60,6 +64,11 @@ class PlanarAutomaton:
     engine : PlanarEngine
         By default the reference engine.
 
+    Attributes
+    ----------
+    check : callable
+        Called at each step of an integration, which it ends by an error, such as after a Ctrl-C.
+
     Raises
     ------
     InputError
@@ -78,7 +87,7 @@ class PlanarAutomaton:
         short_slip: float = 0.0,
         engine: PlanarEngine = REFERENCE,
     ) -> None:
-        self.engine = engine
+        self.engine, self.check = engine, accept_step
         self.robot, self.values, self.terrain = robot, dict(values), terrain
         self.samples, self._tolerance, self._short_slip = samples, tolerance, short_slip
         self.torque = make_torque(robot, torque)
@@ -174,6 +183,7 @@ class PlanarAutomaton:
             phase.source.hold_piece((times[-1], corner))
             integrator = self.engine.begin(phase, times[-1], states[-1], corner, self._tolerance)
             for event in self._follow(phase, integrator, (watch, pieces), (times, states)):
+                self.check()
                 if event is not None:
                     states[-1] = phase.project(states[-1], anchors)
                     return _make_arc(state, times, states, pieces, ended_by=event.kind)

@@ -3,7 +3,8 @@
 import contextlib
 import functools
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import field as entry
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,9 @@ class RobustnessMargins:
     failed : float or None
         Smallest disturbance not survived; None if the largest tried is survived.
     unit : str
+    failures, ends : dict of str to int
+        If only negligible pushes are survived: number of the walks after pushes of at most `failed` that do not return,
+        by reason, and of those that end, by the key of their stop; see :class:`gaitopt.stability.Recovery`.
 
     Examples
     --------
@@ -67,6 +71,8 @@ class RobustnessMargins:
     survived: float
     failed: float | None
     unit: str
+    failures: Mapping[str, int] = entry(default_factory=dict)
+    ends: Mapping[str, int] = entry(default_factory=dict)
 
 
 @check_arguments
@@ -258,7 +264,7 @@ class _MarginSearch:
         log = MarginLog(self.log, "push", "rad/s", self.test.most_walks)
         recovery = find_largest_recovery(self.gait.walker({}), self.cycle, self.test, log.add_push)
         beyond = recovery.beyond if math.isfinite(recovery.beyond) else None
-        return RobustnessMargins("push", recovery.radius, beyond, "rad/s")
+        return RobustnessMargins("push", recovery.radius, beyond, "rad/s", recovery.failures, recovery.ends)
 
     def on_slope(self, sign: int, change: float) -> bool:
         tilted = self.gait.walker({"slope": self.cycle.parameters["slope"] + sign * change})
