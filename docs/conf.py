@@ -19,6 +19,7 @@ exclude_patterns = ["jupyter_execute", "examples", "images", "gallery.json", "*_
 # ref.python: if classes share the name of an attribute, a docstring that lists it has two targets.
 suppress_warnings = ["mystnb.unknown_mime_type", "ref.python"]
 
+smartquotes_action = "qe"  # quotes and ellipses; the hyphens of ``--option`` remain
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 myst_update_mathjax = False  # equations are MathML, which needs no script

@@ -27,7 +27,7 @@ AUXILIARY = {"color": "0.35", "linewidth": 0.8, "linestyle": (0, (3, 2))}
 def draw_frame():
     """Return the figure: frame, angles and contact force of a gait on the left, the friction cone on the right."""
     gait = find_cycles(compass_biped(), {"slope": SLOPE, "friction": FRICTION})[0]
-    with FigureStyle().figure(3.1) as figure:
+    with FigureStyle(width=5, font_size=9).figure(2.5) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
         draw_walker(left, view_motion(gait.motion))
         draw_cone(right)
@@ -49,13 +49,13 @@ def draw_walker(axes, view):
         color, width, layer = leg_look(view, contact)
         draw_links(axes, tilt(points, SLOPE), (link,), color=color, linewidth=width, zorder=layer)
     axes.plot(*tilt(hip, SLOPE), "o", color="black", markerfacecolor="white", markersize=5, zorder=6)
-    draw_angle(axes, foot, (0, 1), hip - foot, r"$\theta_1$", radius=0.6)
+    draw_angle(axes, foot, (0, 1), hip - foot, r"$\theta_1$", radius=0.78, length=1.15)
     draw_angle(axes, hip, (0, -1), swing - hip, r"$\theta_2$", radius=0.5)
     origin = np.array([ORIGIN, 0.0])
     draw_arrow(axes, origin, origin + np.array([0.4, 0.0]), "$x$", aside=(-0.02, -0.09))
     draw_arrow(axes, origin, origin + np.array([0.0, 0.4]), "$y$", aside=(0, 0.07))
     level = [math.cos(SLOPE), math.sin(SLOPE)]
-    draw_angle(axes, origin, level, (1, 0), r"$\alpha$", radius=0.6, length=0.68)
+    draw_angle(axes, origin, level, (1, 0), r"$\alpha$", radius=0.56, length=0.65)
     top, down = origin + np.array([0.2, 0.95]), np.array([math.sin(SLOPE), -math.cos(SLOPE)])
     draw_arrow(axes, top, top + 0.3 * down, "$g$", aside=0.08 * down)
     axes.text(*tilt(foot + np.array([0.3, 0.27]), SLOPE), "$(f_t, f_n)$", color=FORCE, va="center")
@@ -77,7 +77,7 @@ def draw_angle(axes, corner, begin, end, text, *, radius, length=1.0):
     axes.plot(*tilt(arc, SLOPE), color="black", linewidth=0.8, zorder=6)
     middle = (first + last) / 2
     axes.text(
-        *tilt(corner + (radius + 0.09) * np.array([math.cos(middle), math.sin(middle)]), SLOPE),
+        *tilt(corner + (radius + 0.11) * np.array([math.cos(middle), math.sin(middle)]), SLOPE),
         text,
         ha="center",
         va="center",
@@ -104,5 +104,5 @@ def draw_cone(axes):
     ):
         tip = np.array([share * FRICTION, 1.0]) * 0.86
         axes.plot(*tilt(np.column_stack([(0, 0), tip]), SLOPE), **FORCE_LINE)
-        place = np.array([1.35 * share * FRICTION, 1.18]) if mode is not Mode.STICK else np.array([0.0, 1.25])
+        place = np.array([1.3 * share * FRICTION, 1.22]) if mode is not Mode.STICK else np.array([0.0, 1.32])
         axes.text(*tilt(place, SLOPE), text, color=MODE_INK[mode], ha="center", va="center")
