@@ -54,6 +54,7 @@ if versions := os.environ.get("GAITOPT_DOCS_VERSIONS"):  # URL of the list of th
         "check_switcher": False,  # the list is published with the pages and may not exist yet
         "navbar_end": ["version-switcher", "theme-switcher", "navbar-icon-links"],
     }
+html_sidebars = {"developers": [], "changelog": []}  # no other pages belong to them
 html_context = {"default_mode": "auto"}
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
