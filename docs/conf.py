@@ -19,6 +19,7 @@ exclude_patterns = ["jupyter_execute", "examples", "images", "gallery.json", "*_
 # ref.python: if classes share the name of an attribute, a docstring that lists it has two targets.
 suppress_warnings = ["mystnb.unknown_mime_type", "ref.python"]
 
+smartquotes_action = "qe"  # quotes and ellipses; the hyphens of ``--option`` remain
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 myst_update_mathjax = False  # equations are MathML, which needs no script
@@ -53,6 +54,7 @@ if versions := os.environ.get("GAITOPT_DOCS_VERSIONS"):  # URL of the list of th
         "check_switcher": False,  # the list is published with the pages and may not exist yet
         "navbar_end": ["version-switcher", "theme-switcher", "navbar-icon-links"],
     }
+html_sidebars = {"developers": [], "changelog": []}  # no other pages belong to them
 html_context = {"default_mode": "auto"}
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True

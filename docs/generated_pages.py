@@ -83,9 +83,9 @@ def commands():
     parts = ["# Command line", "", group.help, "", group.epilog, ""]
     parts += ["`gaitopt --install-completion` installs shell completion of commands and options.", ""]
     for name, command in group.commands.items():
-        text, _, example = command.help.partition("Example:")
+        text, *examples = command.help.split("Example:")
         parts += [f"## gaitopt {name}", "", text.strip(), ""]
-        parts += ["```text", example.strip(), "```", ""]
+        parts += ["```text", *(example.strip() for example in examples), "```", ""]
         parts += ["| option | value | meaning |", "|---|---|---|"]
         parts += [_option(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]
         parts.append("")
@@ -94,16 +94,12 @@ def commands():
 
 def _option(parameter):
     is_argument = parameter.param_type_name == "argument"
-    spelling = (
-        (parameter.metavar or parameter.name.upper())
-        if is_argument
-        else ", ".join(parameter.opts + parameter.secondary_opts)
-    )
+    names = [parameter.metavar or parameter.name.upper()] if is_argument else parameter.opts + parameter.secondary_opts
     default = parameter.show_default if isinstance(parameter.show_default, str) else parameter.default
     shown = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
     value = "" if is_argument else parameter.metavar or ("NUMBER" if shown and not isinstance(default, str) else "")
     description = (parameter.help or "") + (f" [{default}]" if shown else "")
-    cells = (f"`{spelling}`", f"`{value}`" if value else "", description)
+    cells = (", ".join(f"`{name}`" for name in names), f"`{value}`" if value else "", description)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

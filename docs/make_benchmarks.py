@@ -108,7 +108,7 @@ ROBOTS = """## Other robots
 
 Processor time to solve and verify the gait of each problem script at default accuracy, without imports, measured once
 by `python docs/make_gallery.py` while other programs ran. `hop_effort` and `leg_effort`, defined in the scripts, are
-the integral of the squared hip torques plus 1e-3 m^2 times the squared leg forces:
+the integral of the squared hip torques plus 1e-3 m² times the squared leg forces:
 """
 
 SWEEPS = """Gaits are continued from point to point on the grid of the problem by sequential quadratic programming;

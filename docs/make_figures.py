@@ -5,21 +5,37 @@ compass_design`` draws some of them.  The figures of studies are drawn by ``docs
 """
 
 import math
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
+from draw_frame import draw_frame
 from make_gallery import reduce_colors
 from PIL import Image
 from scipy.interpolate import RectBivariateSpline
 
-from gaitopt import FigureStyle, load, plot_branches, plot_gait, save_figure, search, solve, sweep, trace, verify
+from gaitopt import (
+    FigureStyle,
+    basin,
+    compare,
+    find_cycles,
+    load,
+    plot_branches,
+    plot_gait,
+    save_figure,
+    search,
+    solve,
+    sweep,
+    trace,
+    verify,
+)
 from gaitopt.cli.script import call_script
 from gaitopt.continuation import OptimumOptions, TraceOptions, trace_optimum
 from gaitopt.ocp import solve_steps
-from gaitopt.plot import plot_optima, plot_result
+from gaitopt.plot import plot_basin, plot_comparison, plot_optima, plot_result
 from gaitopt.plot.style import line_style
 from gaitopt.study import load_robustness
 
@@ -108,6 +124,33 @@ def draw_push_tests():
     return plot_result(tests)
 
 
+def draw_basin():
+    """Return the basin of the gait of the passive compass biped over the rates of both legs after touchdown."""
+    walk = call_script(PROBLEMS / "compass_passive.py", ["friction=0.2"])
+    gait = min(find_cycles(walk.robot, walk.parameters), key=lambda cycle: cycle.radius)
+    rates = {"th1_rate": np.linspace(0.3, 1.0, 141), "th2_rate": np.linspace(-1.5, 2.0, 141)}
+    return plot_basin(basin(walk.robot, {**walk.parameters, "th1": gait.state["th1"]}, rates))
+
+
+def draw_objectives():
+    """Return the comparison of the gaits of the compass biped that minimise two objectives."""
+    problem = call_script(PROBLEMS / "compass_slip.py", [])
+    objectives = {"cost of transport": "cost_of_transport", "squared torques": "torque_squared"}
+    return plot_comparison(
+        compare({label: solve(problem.replace(objective=name)) for label, name in objectives.items()})
+    )
+
+
+def draw_custom_branch():
+    """Return the branch of the walker in the first script of the page on walks of custom robots."""
+    page = (DOCS / "howto" / "custom_robot_walks.md").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        script = Path(folder) / "walker.py"
+        script.write_text(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], encoding="utf-8")
+        ends = {"slope": (math.radians(1), math.radians(6))}
+        return plot_branches(trace(call_script(script, []), ends, options=TraceOptions(starts=4)))
+
+
 FIGURES = {
     "compass_slip": lambda: draw_gait("compass_slip"),
     "five_link": lambda: draw_gait("five_link"),
@@ -120,6 +163,10 @@ FIGURES = {
     "compass_design": draw_design,
     "ranking": draw_ranking,
     "push_tests": draw_push_tests,
+    "frame": draw_frame,
+    "compass_basin": draw_basin,
+    "objectives": draw_objectives,
+    "custom_branch": draw_custom_branch,
 }
 """Functions that return the figures, by the names of their images."""
 

@@ -32,7 +32,7 @@ by that of SciPy. Every problem can be repeated by `gaitopt solve` with the sett
 - *plan inaccurate*, *infeasible* and others: statuses of solves without a gait. They include problems that have no
   gait, since the settings are drawn at random.
 
-The objective `hop_effort` of `monopod.py` is the integral of the squared hip torque plus 1e-3 m^2 times the squared leg
+The objective `hop_effort` of `monopod.py` is the integral of the squared hip torque plus 1e-3 m² times the squared leg
 force.
 
 This page is written by `python -m tests.audit_page FILE`.

@@ -22,7 +22,7 @@ def compose_page(results, best):
             f"Optimal gaits of {len(rows)} seeded random problems of the compass biped, each solved with the default",
             "options. Friction (0.1 to 0.25), speed, step length and torque limit (8 to 20 N m) vary in all",
             "problems; masses, leg length and centre of mass vary in half of them. Costs are dimensionless; those of",
-            "squared torques are in N^2 m^2 s. The best known cost is the lowest of 12 starts on two coarse grids,",
+            "squared torques are in N² m² s. The best known cost is the lowest of 12 starts on two coarse grids,",
             "whose best solutions are refined to 80 and 160 intervals and replayed, or that of the default solve if",
             "it is lower. The excess is the relative difference between the cost of the default solve and the best",
             "known one; it contains the error of the grid and, if the default solve ends in another local optimum,",

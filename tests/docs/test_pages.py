@@ -77,8 +77,9 @@ def test_every_command_is_on_its_page(generated):
         part = generated["command_line.md"].split(f"## gaitopt {name}\n")[1].split("\n## ")[0]
         for parameter in command.params:
             if parameter.param_type_name == "option" and parameter.name != "help":
-                assert parameter.opts[0] in part
-        assert f"gaitopt {name}" in part
+                assert ", ".join(f"`{option}`" for option in parameter.opts) in part
+        examples = part.split("```")[1].splitlines()[1:]
+        assert all(line.startswith(f"gaitopt {name}") for line in filter(None, examples))
 
 
 def test_every_status_and_stop_is_in_the_error_index(generated):
@@ -231,3 +232,4 @@ def test_the_build_of_the_site_runs_every_cell_and_fails_with_it():
     execution = {name: value for name, value in settings.items() if name.startswith("nb_execution")}
     assert execution == {"nb_execution_mode": "force", "nb_execution_raise_on_error": True, "nb_execution_timeout": 180}
     assert "nb_execution_excludepatterns" not in ast.unparse(lines)
+    assert settings["smartquotes_action"] == "qe"  # no dashes in place of the hyphens of options
