@@ -39,7 +39,7 @@ html_title = f"gaitopt {release}"
 html_show_sourcelink = False
 html_static_path = ["static"]
 html_css_files = ["site.css"]
-html_js_files = ["scrolling.js"]
+html_js_files = ["scrolling.js", "figures.js"]
 html_theme_options = {
     "navigation_with_keys": True,
     "show_toc_level": 2,

@@ -1,4 +1,4 @@
-"""Checks of pages in a browser: accessibility by axe-core, width, pictures, and requests to other hosts.
+"""Checks of pages in a browser: accessibility by axe-core, width, pictures and their size, and requests to other hosts.
 
 ``python -m tests.docs.accessibility build/docs`` checks the pages of a built site, in the light theme at the width of a
 screen and in the dark theme at that of a phone, and lists what is wrong; the exit status is 1 if anything is.  Names of
@@ -25,6 +25,9 @@ TABLES = (".dataframe",)
 
 OVERFLOW = "document.documentElement.scrollWidth > innerWidth"
 BROKEN = "[...document.images].filter(image => image.complete && !image.naturalWidth).map(image => image.src)"
+REDUCED = """[...document.querySelectorAll(".bd-article img")]
+    .filter(image => image.alt && image.naturalWidth > image.clientWidth && !image.closest("a"))
+    .map(image => `${image.src} is reduced and no link to its full size`)"""
 
 
 def find_violations(page, excluded=()):
@@ -72,7 +75,7 @@ def check_view(browser, address, names, theme, width):
     for name in names:
         foreign.clear()
         page.goto(address + name)
-        faults = find_violations(page, (*THEME, *TABLES)) + page.evaluate(BROKEN)
+        faults = find_violations(page, (*THEME, *TABLES)) + page.evaluate(BROKEN) + page.evaluate(REDUCED)
         faults += ["the page is wider than the screen"] if page.evaluate(OVERFLOW) else []
         faults += [f"the page needs {url}" for url in foreign]
         yield from (f"{name}, {theme}, {width} px: {fault}" for fault in faults)
