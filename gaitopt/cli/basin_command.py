@@ -107,6 +107,7 @@ def basin(
     from gaitopt.cli.inputs import Request
     from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.simulation.engine_choice import planar_engine_named
+    from gaitopt.study.basins.basin_file import basin_key
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if source.suffix == DIAGRAM or branch is not None:
@@ -128,6 +129,7 @@ def basin(
             options = _options(request, steps, output, team, display.count)
             options["engine"], choice = planar_engine_named(engine), (law, gain or [], torque_limit, stance_angle)
             result = find_planar_basin(planar, choice, axes, base, **options)
+            warn_outside(axes, basin_key(result)["method"]["gait"], hidden=json or quiet)
     used = subject.engine if planar is None else planar_engine_named(engine)
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
     _report(result, (used, share), output, json=json, seconds=time.perf_counter() - began)
@@ -172,7 +174,16 @@ def _basin_inputs(
     base = _read_start(state, axes)
     if subject.cycle is not None:
         base = choose_start(subject.robot, subject.robot.vector(subject.parameters), base, subject.cycle)
+        warn_outside(axes, subject.cycle.state, hidden=hidden)
     return subject, axes, {name: value for name, value in base.items() if name not in axes}
+
+
+def warn_outside(axes: "Mapping[str, Array]", state: Mapping[str, float], *, hidden: bool) -> None:
+    """Print a warning if a periodic gait is outside the axes of a basin, with its state [SI, rad]."""
+    outside = [name for name, values in axes.items() if name in state and not min(values) <= state[name] <= max(values)]
+    if outside and not hidden:
+        place = ", ".join(f"{name} = {state[name]:.4g}" for name in outside)
+        err.print(f"warning: the periodic gait is outside the axes: {place} [SI, rad]", soft_wrap=True)
 
 
 def _read_start(state: list[str] | None, axes: "Mapping[str, Array]") -> dict[str, float]:

@@ -17,7 +17,10 @@ LONG = 120.0
 """Time from which a duration is stated in minutes [s]."""
 
 SLOW = 2.0
-"""Time of an evaluation from which the duration of the search is announced [s]."""
+"""Time of an evaluation from which that of the assessment of the best gains is announced [s]."""
+
+SLOW_SEARCH = 60.0
+"""Duration of a search from which it is announced [s]."""
 
 ENOUGH, MOST_TIMED = 0.5, 20
 """Time [s] and number of walks after which the time of a walk is known."""
@@ -92,7 +95,7 @@ class TuningAnnouncement:
             self._first_evaluated = time.perf_counter()
         elif step.number == 2:
             self._evaluation = time.perf_counter() - self._first_evaluated
-            if self._evaluation >= SLOW:
+            if self._evaluation * self._search.evaluations_in_total >= SLOW_SEARCH:
                 self._print(describe_search_duration(self._evaluation, self._search.evaluations_in_total))
                 if self.advice:
                     self._print(self.advice)

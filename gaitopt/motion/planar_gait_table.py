@@ -127,6 +127,8 @@ def _grid(gait: PlanarGait) -> Facts:
     text = f"{' + '.join(map(str, counts))} intervals{refined}, error between nodes {solver.error_between_nodes:.1e}"
     if math.isfinite(solver.cost_error):
         text += f"; doubling the intervals changes the objective by {100 * solver.cost_error:.1g} %"
+    elif gait.status.ok:
+        text += "; the effect of the grid on the objective is not estimated (Collocation(cost_tolerance=0.01) does)"
     return [("grid", text)] if counts else []
 
 

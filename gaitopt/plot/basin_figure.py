@@ -28,8 +28,8 @@ HEIGHT, STRIP_HEIGHT = 3.6, 2.6
 SAME_PLACE = 0.01
 """Distance over the length of an axis below which two gaits are drawn as one."""
 
-LINE = 70
-"""Largest number of characters of a line of the title."""
+LINE, LETTERS_PER_INCH = 70, 12
+"""Largest number of characters of a line above the axes, and of these characters per inch."""
 
 FAILURES = {
     "fell": AreaLook("0.85"),
@@ -100,7 +100,7 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             handles = draw_regions(axes, (places[0], places[1]), kinds, looks, empty="not computed")
             axes.set(xlabel=shown[0], ylabel=shown[1])
         shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
-        axes.set_title(_describe_start(table), fontsize="small")
+        axes.set_title(_describe_start(table, style.width), fontsize="small")
         texts = [name_ending(str(handle.get_label())) for handle in shown_handles]
         title = _describe_basin(table, style.width) * style.titled
         add_titled_legend(figure, shown_handles, texts, title, style, columns=3)
@@ -160,14 +160,15 @@ def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:
     return [list(map(float, rows[first])) for first in firsts]
 
 
-def _describe_start(table: "xr.Dataset") -> str:
+def _describe_start(table: "xr.Dataset", width: float) -> str:
     """Return a text with the coordinates of all starts that are not axes, and their values."""
     key = basin_key(table)
-    parts = [f"{name.replace('_', ' ')} {value:.4g}" for name, value in key["base"].items()]
+    symbols = {name: angle_symbol_of(name).replace("_", " ") for name in key["base"]}
+    parts = [f"{symbols[name]} {value:.4g}" for name, value in key["base"].items()]
     text = f"other coordinates [SI, rad]: {', '.join(parts)}" if parts else ""
     if "gait" in key["method"]:
         text = f"{text}; all others: near the gait" if text else "other coordinates: near the gait"
-    return textwrap.fill(text, LINE)
+    return textwrap.fill(text, min(LINE, int(LETTERS_PER_INCH * width)))
 
 
 def ending_looks(labels: list[str]) -> dict[str, AreaLook]:

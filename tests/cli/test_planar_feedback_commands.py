@@ -88,6 +88,9 @@ def test_the_basin_of_a_gait_under_a_law(file, tmp_path):
     assert facts["endings"] == ["foot A stick |", "fell"]
     assert facts["saved_gait"] == 0.5
     assert path.exists()
+    assert "outside the axes" not in run("basin", file, *options).output
+    far = run("basin", file, "--over", "a_rate=-0.5,0.5", "--workers", 1)
+    assert "warning: the periodic gait is outside the axes: a_rate = -0.7329 [SI, rad]" in far.output
 
 
 def test_gains_of_another_robot_are_refused_with_both_lists_of_actuators(tuned, file, tmp_path):

@@ -72,6 +72,17 @@ def test_the_second_evaluation_announces_the_duration_of_a_slow_search(monkeypat
     assert "second evaluation took 20 s, so that all evaluations take about 43 min" in printed[2]
 
 
+@pytest.mark.parametrize(("seconds", "announced"), [(1.0, True), (0.1, False)])
+def test_many_fast_evaluations_are_announced_too(monkeypatch, seconds, announced):
+    printed, times = [], iter([100.0, 100.0 + seconds])
+    monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))
+    monkeypatch.setattr(tuning_announcement.time, "perf_counter", lambda: next(times))
+    announcement = TuningAnnouncement(GainSearchOptions(), PushTest(), hidden=False)
+    for number in (1, 2):
+        announcement.time_step(TuningStep(number, 0.5, 0.5))
+    assert printed == [describe_search_duration(seconds, 129)] * announced
+
+
 def test_a_slow_search_with_scipy_is_advised_to_use_heyoka(monkeypatch):
     printed, times = [], iter([100.0, 120.0])
     monkeypatch.setattr(tuning_announcement.err, "print", lambda text, **_: printed.append(text))

@@ -134,6 +134,12 @@ def test_basin_on_the_command_line(tmp_path):
     assert file.exists()
 
 
+def test_a_basin_that_does_not_contain_the_gait_is_remarked():
+    for axis, remarked in (("th1_rate=-0.5,0.1", True), ("th1_rate=0.5,0.7", False)):
+        result = run("basin", SLIP, "--over", axis, "--workers", 1)
+        assert ("outside the axes: th1_rate = 0.602" in result.output) is remarked, result.output
+
+
 def test_basin_names_its_engine_and_where_a_faster_one_is_had(monkeypatch):
     arguments = ["basin", WHEEL, "--set", "friction=inf", "--over", "theta_rate=0.01,0.02"]
     result = run(*arguments)

@@ -357,3 +357,14 @@ def test_a_condition_that_is_rarely_positive_is_no_fault():
     place = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
     contact = PointContact(place, armed=ca.if_else(c.coordinate("x") > 50, 1, -1))
     assert check_planar(assemble_planar("ball", c, bodies=[PointMass(1.0, place)], contacts={"sole": contact})).passed
+
+
+def test_links_of_a_drawing_end_at_its_points_or_at_contacts():
+    c = PlanarCoordinates(("x", "y", "a", "b"), [GRAVITY])
+    hip = ca.vertcat(c.coordinate("x"), c.coordinate("y"))
+    head = hip + ca.vertcat(0, 0.5)
+    robot = biped(c, drawing=Drawing({"hip": hip, "head": head}, links=[("head", "hip", "foot a")]))
+    assert robot.points == ("hip", "head", "foot a")
+    assert robot.links == ((1, 0), (0, 2))
+    with pytest.raises(InputError, match="a link ends at 'toe', which is not among the points"):
+        biped(c, drawing=Drawing({"hip": hip}, links=[("hip", "toe")]))

@@ -70,3 +70,20 @@ def test_a_time_limit_is_that_of_all_starts(monkeypatch):
 def test_a_grid_without_intervals_is_refused(intervals):
     with pytest.raises(InputError, match="intervals must be "):
         hop(intervals=intervals)
+
+
+def test_an_interrupt_between_two_grids_keeps_the_solution_on_the_last_one(monkeypatch):
+    """While errors between nodes are evaluated, Python raises KeyboardInterrupt; no solver is at work."""
+    problem = hop(intervals=(4, 4))
+    coarse = solve_planar(problem.replace(transcription=Collocation(intervals=(4, 4), tolerance=math.inf)))
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planar_solver, "refine_plan", interrupt)
+    gait = solve_planar(problem, starts=2)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.objective == pytest.approx(coarse.solver.objective, rel=1e-9)
+    monkeypatch.setattr(planar_solver, "planar_start", interrupt)
+    with pytest.raises(KeyboardInterrupt):  # there is no solution yet
+        solve_planar(problem)

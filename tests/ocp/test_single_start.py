@@ -22,6 +22,7 @@ from gaitopt import (
     verify,
 )
 from gaitopt.lazy import Deferred
+from gaitopt.ocp.solution import single_start
 from gaitopt.ocp.solution.grid_solve import SingleStart
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh
 from gaitopt.ocp.solution.single_start import solve_from_start
@@ -235,3 +236,20 @@ def test_the_description_of_a_problem_is_evaluated_when_it_is_read(reference_pro
     assert gait.problem["objective"] == "torque_squared"
     assert gait.problem["guess"] == "linear guess"
     assert gait.problem["intervals"] == [10]
+
+
+def test_an_interrupt_between_two_grids_keeps_the_solution_on_the_last_one(reference_problem, monkeypatch):
+    problem = reference_problem(objective="torque_squared", transcription=Collocation(intervals=10))
+    expected = solve(problem, starts=1).solver.objective
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(single_start, "refine_for_cost", interrupt)
+        gait = solve(problem, starts=1)
+    assert gait.status is Status.INTERRUPTED
+    assert gait.solver.objective == pytest.approx(expected, rel=1e-2)
+    monkeypatch.setattr(single_start, "approach_through_coarse_grids", interrupt)
+    with pytest.raises(KeyboardInterrupt):  # there is no solution yet
+        solve(problem, starts=1)

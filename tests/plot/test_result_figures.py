@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 
-from gaitopt import FigureStyle, InputError, basin, compare, load_diagram, rimless_wheel
+from gaitopt import FigureStyle, InputError, basin, compare, compass_biped, load_diagram, rimless_wheel
 from gaitopt.continuation.optimal.optimal_branch import OptimalBranch, OptimalDiagram
 from gaitopt.model.contacts.mode import Mode
 from gaitopt.motion.printable import show_minus
@@ -396,6 +396,15 @@ def test_a_basin_states_its_robot_and_marks_its_gaits():
     np.testing.assert_allclose(marks.get_ydata(), np.degrees([0.15, 0.2]))
     failed = basin(wheel, {"slope": 0.2}, {"theta_rate": [0.1, 0.12]})
     assert "gait" not in [text.get_text() for text in plot_basin(failed).legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("width", [3.5, 7.2])
+def test_the_other_coordinates_of_the_starts_of_a_basin_are_inside_the_figure_as_symbols(width):
+    starts = {"slope": 0.04, "th1": -0.14741, "foot_speed": 0.13681}
+    table = basin(compass_biped(), starts, {"th1_rate": [0.5, 0.6], "th2_rate": [0.4, 0.5]})
+    figure = plot_basin(table, style=FigureStyle(width=width))
+    assert r"$\theta_{1}$ -0.1474" in figure.axes[0].get_title()
+    check_texts(figure)
 
 
 def test_large_radii_of_a_sweep_are_on_a_logarithmic_axis_and_its_crosses_below_them():

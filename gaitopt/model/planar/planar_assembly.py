@@ -58,7 +58,8 @@ def assemble_planar(
         Exchange of the legs: pairs of names of coordinates, contacts and actuators, with a leading minus sign where the
         sign is reversed.
     drawing : Drawing, optional
-        By default the points of the contacts and the centres of mass of the bodies.
+        Its links may also end at contacts.  By default the points of the contacts and the centres of mass of the
+        bodies.
 
     Returns
     -------
@@ -89,7 +90,7 @@ def assemble_planar(
         )
     actuators, drawing = dict(actuators or {}), drawing or Drawing()
     labelled = _check_parts(name, (bodies, forces), contacts, actuators, drawing.points)
-    places = drawing.points or _default_points(bodies, contacts, drawing)
+    places = _choose_points(bodies, contacts, drawing)
     units = _find_units(coordinates.q, bodies, contacts, places)
     entries = tuple(_entry(name, label, part, contacts, (coordinates.q, units)) for label, part in contacts.items())
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
@@ -124,9 +125,15 @@ def assemble_planar(
     )
 
 
-def _default_points(bodies: Sequence[Body], contacts: Mapping[str, AnyContact], drawing: Drawing) -> dict[str, ca.SX]:
-    """Return the points of the contacts and, without links, of the bodies, which show the size of the robot."""
+def _choose_points(bodies: Sequence[Body], contacts: Mapping[str, AnyContact], drawing: Drawing) -> dict[str, ca.SX]:
+    """Return the points of a drawing with the contacts to which its links refer.
+
+    Without points, those of the contacts and, without links, of the bodies, which show the size of the robot.
+    """
     feet = {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
+    if drawing.points:
+        linked = {name for pair in drawing.lines for name in pair}
+        return {**drawing.points, **{name: feet[name] for name in feet if name in linked - set(drawing.points)}}
     return feet if drawing.links else feet | body_points(bodies)
 
 

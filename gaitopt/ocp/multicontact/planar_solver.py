@@ -173,6 +173,8 @@ class _Start:
     def __init__(self, solver: NlpSolver, observer: Observer) -> None:
         self.solver, self.observer = solver, observer
         self.iterations, self.build_seconds, self.started = 0, 0.0, time.perf_counter()
+        self.latest: GridResult | None = None
+        """Solution on the last grid, which remains after an interrupt between two solves."""
         self.raised: dict[PlanarTranscription, dict[int, float]] = {}
         self._repairs: dict[tuple[GridResult, frozenset[tuple[int, float]]], GridResult] = {}
 
@@ -219,7 +221,9 @@ class _Start:
         self.iterations += outcome.iterations
         if outcome.status.ok and not np.all(np.isfinite([*outcome.x, outcome.objective])):
             outcome = replace(outcome, status=Status.INVALID_NUMBER)
-        return GridResult(problem, transcription, bounds, outcome)
+        result = GridResult(problem, transcription, bounds, outcome)
+        self.latest = result if outcome.status.ok else self.latest
+        return result
 
     def transcribe(self, problem: PlanarProblem) -> PlanarTranscription:
         """Return the NLP of a problem, and count the time that this takes."""
@@ -289,8 +293,19 @@ class _Start:
 
 
 def _solve_start(problem: PlanarProblem, number: int, solver: NlpSolver, observer: Observer) -> PlanarGait:
-    """Return the gait found from one start, counted from 0."""
-    start, nearby = _Start(solver, observer), find_warm_start(problem) if number == 0 else None
+    """Return the gait found from one start, counted from 0; after an interrupt between two solves, the last one."""
+    start = _Start(solver, observer)
+    try:
+        return _find_gait(problem, number, start)
+    except KeyboardInterrupt:
+        if start.latest is None:
+            raise
+        return _report(start.latest.mark_interrupted("User_Requested_Stop"), start)
+
+
+def _find_gait(problem: PlanarProblem, number: int, start: _Start) -> PlanarGait:
+    """Return the gait of a start on a grid on which it is accurate, or where the refinement ended."""
+    nearby = find_warm_start(problem) if number == 0 else None
     result = None if nearby is None else start.resume(problem, nearby)
     if result is None:
         durations = _durations(problem, number)

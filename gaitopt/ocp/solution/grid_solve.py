@@ -290,6 +290,8 @@ class SingleStart:
         Error of the objective per variation of the torques of the gait that the solve is warm-started from, or nan.
     refinements : int
         Number of refinements for the cost so far.
+    latest : GridSolution or None
+        Solution on the last grid, which remains after an interrupt between two solves.
     """
 
     def __init__(
@@ -307,6 +309,7 @@ class SingleStart:
         self.grid_solutions: list[GridSolution] = []
         self.known_factor = math.nan
         self.refinements = 0
+        self.latest: GridSolution | None = None
 
     def describe(self, solution: GridSolution) -> dict[str, object]:
         """Return the entries of the problem's description that the solve determines."""
@@ -369,7 +372,9 @@ class SingleStart:
                 outcome, status=Status.INVALID_NUMBER, message=f"{outcome.message}; the solution contains nan or inf"
             )
         # Without the guess: lazily evaluated results must not keep the gait alive that the solve started from.
-        return GridSolution(problem.without_guess(), method, transcription, limits, data, outcome)
+        solution = GridSolution(problem.without_guess(), method, transcription, limits, data, outcome)
+        self.latest = solution if outcome.status.ok else self.latest
+        return solution
 
     def _choose_solver(self, method: Method, warm_start: Solution | None) -> NlpSolver:
         """Return the solver of a grid; a coarse optimum of a smooth objective is only a start of the next grid."""

@@ -31,6 +31,7 @@ from gaitopt.ocp.solution.problem_checks import report_poor_scaling
 from gaitopt.ocp.statement.initial_guess import Guess
 from gaitopt.ocp.statement.limits import report_implausible_angles
 from gaitopt.progress import Observer
+from gaitopt.status import Status
 
 
 def solve_from_start(
@@ -67,9 +68,18 @@ def solve_from_start(
 
 
 def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> Gait:
-    """Return the gait of a start, whose solution on the coarsest grid may be known."""
+    """Return the gait of a start, whose solution on the coarsest grid may be known.
+
+    After an interrupt between the solves on two grids, the gait is the last solution.
+    """
     problem = start.problem
-    solution, remarks = _solve_accurately(start, coarsest)
+    try:
+        solution, remarks = _solve_accurately(start, coarsest)
+    except KeyboardInterrupt:
+        if start.latest is None:
+            raise
+        stopped = replace(start.latest.outcome, status=Status.INTERRUPTED, message="User_Requested_Stop")
+        solution, remarks = replace(start.latest, outcome=stopped), ()
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
