@@ -141,12 +141,16 @@ def write_failure(gait: "AnyGait", problem: "GaitProblem | PlanarProblem", path:
         return FailureFile(None, str(error))
 
 
-def report_iterate(failure: FailureFile | None, command: SolveCommand) -> None:
+def report_iterate(gait: "AnyGait", failure: FailureFile | None, command: SolveCommand) -> None:
     """Print what was written of an interrupted solve, and the command that continues from it; also with ``--quiet``."""
+    from gaitopt.motion.gait import BEFORE_REFINEMENT
+
+    is_solution = gait.solver.message.endswith(BEFORE_REFINEMENT)
+    what = "the solution on the last grid, which is not refined" if is_solution else "the last iterate, no solution"
     if failure is None or failure.path is None:
         text = f"Interrupted; no result was written{'' if failure is None else f': {failure.reason}'}"
     else:
-        iterate = f"wrote {failure.path} with the last iterate, which is not a solution"
+        iterate = f"wrote {failure.path} with {what}"
         text = f"Interrupted; {iterate}. To continue from it: {command.continue_from(failure.path)}"
     (err if out.quiet else out).print(text, soft_wrap=True)
 

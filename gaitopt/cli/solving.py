@@ -126,6 +126,9 @@ def solve(
         sys.exit(INTERRUPTED)  # the results are in the table already
     if not gait.status.ok:
         print_reason(state_failure(gait))
+        if guess is not None:
+            text = f"The solve started from {guess}; without --guess it starts from the guess of the problem."
+            err.print(text, soft_wrap=True, markup=False)
     raise typer.Exit(0 if gait.status.ok else 1)
 
 
@@ -259,7 +262,7 @@ def _save_and_report(
             report_failure(failed, command.source if command.repeats else None)
             remedies.report()
     if stopped and not json:
-        report_iterate(failed, command)
+        report_iterate(gait, failed, command)
     return interrupted
 
 

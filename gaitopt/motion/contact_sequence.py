@@ -14,7 +14,7 @@ from gaitopt.errors import SequenceError
 from gaitopt.model.contacts.mode import Mode, suggest_mode
 
 _PHASES = {mode.value: mode for mode in (Mode.STICK, Mode.SLIP_FORWARD, Mode.SLIP_BACKWARD, Mode.ANY)}
-_EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+".'
+_EXAMPLE = 'Write phases, "|", impact, for example "slip+ stick | slip+", or "any | any" if all modes are open.'
 
 
 @check_record

@@ -32,6 +32,9 @@ IMPLAUSIBLE = (
 NONEXISTENT = "no periodic gait exists"
 """Part of the message of a problem that is refused because friction and gravity exclude every periodic gait."""
 
+BEFORE_REFINEMENT = "the result is the solution before this refinement"
+"""End of the message of a solve that was stopped on a finer grid, with the solution on the one before."""
+
 WITHOUT_IMPULSE = "that is without impulse"
 """Part of the first warning of a failed solve whose contact sequence has touchdowns without impulse."""
 

@@ -43,7 +43,7 @@ def test_the_iterate_is_stored_and_continued_from(command, interrupted_solve, ro
     assert run.status == 130
     assert [path.name for path in folder.iterdir()] == ["compass_stick_interrupted.h5"]
     stated = shlex.join(["gaitopt", "solve", str(source), *PROBLEM, "--guess", "compass_stick_interrupted.h5"])
-    text = "Interrupted; wrote compass_stick_interrupted.h5 with the last iterate, which is not a solution."
+    text = "Interrupted; wrote compass_stick_interrupted.h5 with the last iterate, no solution."
     assert run.out.endswith(f"{text} To continue from it: {stated}\n")
     assert load("compass_stick_interrupted.h5").status.key == "interrupted"
     assert command("show", "compass_stick_interrupted.h5", "--json").json["status"] == "interrupted"
@@ -75,3 +75,17 @@ def test_the_repeated_solve_of_a_failure_stores_its_iterate_in_another_file(fold
     command = SolveCommand(source=folder / "walk_failed.h5")
     assert command.result.name == "walk_failed_solved.h5"
     assert command.failure(Status.INTERRUPTED).name == "walk_failed_interrupted.h5"
+
+
+def test_a_failed_solve_from_a_guess_names_the_solve_without_it(command, root, folder):
+    source, example = root / "problems/compass_stick.py", root / "docs/examples/compass_slip.h5"
+    run = command("solve", source, "--set", "slope=20", "--guess", example)
+    assert run.status == 1
+    assert f"The solve started from {example}; without --guess it starts from the guess of the problem." in run.err
+    assert "without --guess" not in command("solve", source, "--set", "slope=20").err
+
+
+def test_the_solution_before_a_refinement_is_named(command, interrupted_solve, root, folder):
+    run = interrupted_solve(root / "problems/monopod.py", iteration=35)
+    assert run.status == 130
+    assert "with the solution on the last grid, which is not refined. To continue from it: gaitopt solve" in run.out

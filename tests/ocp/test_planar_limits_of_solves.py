@@ -22,13 +22,14 @@ def interrupter(number):
     return observe, began
 
 
-@pytest.mark.parametrize("number", [1, 2])
-def test_an_interrupt_on_any_grid_ends_the_solve(number):
-    """The second solve is on a finer grid; the solution of the first one is kept, and no other start is tried."""
+@pytest.mark.parametrize(("number", "kept"), [(1, False), (2, False), (3, True)])
+def test_an_interrupt_on_any_grid_ends_the_solve(number, kept):
+    """The third solve is on a finer grid; the solution of the second one is kept, and no other start is tried."""
     observe, began = interrupter(number)
     gait = solve_planar(hop(intervals=(4, 4)), starts=2, observer=observe)
     assert gait.status is Status.INTERRUPTED
-    assert gait.solver.message == "User_Requested_Stop"
+    ending = "; the result is the solution before this refinement"
+    assert gait.solver.message == "User_Requested_Stop" + ending * kept
     assert len(began) == number
     assert gait.solver.warnings == ()
 

@@ -127,3 +127,22 @@ def test_a_gait_without_early_touchdowns_is_found_again_in_one_solve(monkeypatch
     assert again.solver.iterations <= 5
     changed = problem.replace(friction=1.01 * problem.friction, guess=FromPlanarGait(gait))
     assert not find_warm_start(changed).is_same
+
+
+def test_the_solution_before_an_interrupted_refinement_is_continued_from():
+    """It is on the first grid, which is not accurate, so that its refinement is repeated, from its multipliers."""
+    problem, seen = hop(intervals=(4, 4)), []
+
+    def stop_on_third_grid(iteration):
+        seen.extend([iteration] if iteration.number == 0 else [])
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+
+    stopped = solve_planar(problem, observer=stop_on_third_grid)
+    assert stopped.status is Status.INTERRUPTED
+    continued = problem.replace(guess=FromPlanarGait(stopped))
+    assert find_warm_start(continued).number == 0
+    gait, whole = solve_planar(continued), solve_planar(problem)
+    assert gait.status is whole.status is Status.SOLVED
+    assert gait.solver.objective == pytest.approx(whole.solver.objective, rel=1e-9)
+    assert gait.solver.iterations < whole.solver.iterations

@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitopt.dataclass import dataclass
 from gaitopt.locks import cached_property
+from gaitopt.motion.gait import BEFORE_REFINEMENT
 from gaitopt.motion.ground_penetration import Penetration, find_penetrations_of_parts
 from gaitopt.motion.motion import Array
 from gaitopt.motion.undecided_touchdowns import UndecidedTouchdown, find_undecided_touchdowns_of_parts
@@ -171,7 +172,8 @@ class GridResult:
 
     def mark_interrupted(self, message: str) -> "GridResult":
         """Return the solution with the status of an interrupted solve, and the message of its last solve."""
-        return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=message))
+        text = f"{message}; {BEFORE_REFINEMENT}"
+        return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=text))
 
     @property
     def warnings(self) -> tuple[str, ...]:

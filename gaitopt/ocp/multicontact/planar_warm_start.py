@@ -8,6 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from gaitopt.dataclass import dataclass
+from gaitopt.motion.gait import BEFORE_REFINEMENT
 from gaitopt.motion.motion import Array
 from gaitopt.motion.nlp_solution import Solution, Table
 from gaitopt.motion.planar_gait import PlanarGait
@@ -126,8 +127,12 @@ def find_warm_start(problem: PlanarProblem) -> PlanarWarmStart | None:
 
 
 def _is_near(problem: PlanarProblem, gait: PlanarGait) -> bool:
-    """Return whether a gait solves a problem with the same objective and with parameters and targets nearby."""
-    if not gait.status.ok or str(gait.sequence) != str(problem.sequence):
+    """Return whether a gait solves a problem with the same objective and with parameters and targets nearby.
+
+    The solution on a coarser grid that an interrupt has left does so too.
+    """
+    is_solution = gait.status.ok or gait.solver.message.endswith(BEFORE_REFINEMENT)
+    if not is_solution or str(gait.sequence) != str(problem.sequence):
         return False
     if gait.problem.get("objective") != problem.objective.name:
         return False

@@ -12,6 +12,7 @@ from gaitopt.dataclass import dataclass
 from gaitopt.interrupts import defer_interrupt
 from gaitopt.locks import cached_property
 from gaitopt.motion.energy import ledger
+from gaitopt.motion.gait import BEFORE_REFINEMENT
 from gaitopt.motion.motion import Array, Motion
 from gaitopt.motion.nlp_solution import Solution
 from gaitopt.ocp.bounds import bounds, nlp_data, transcribe_problem
@@ -188,7 +189,7 @@ class GridSolution:
 
     def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
         """Return the solution with the status of a refinement that was stopped without a result."""
-        message = f"{refinement.message}; the result is the solution before this refinement"
+        message = f"{refinement.message}; {BEFORE_REFINEMENT}"
         return replace(self, outcome=replace(self.outcome, status=refinement.status, message=message), kept=True)
 
     def check_finite(self) -> "GridSolution":

@@ -79,7 +79,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         if start.latest is None:
             raise
         stopped = replace(start.latest.outcome, status=Status.INTERRUPTED, message="User_Requested_Stop")
-        solution, remarks = replace(start.latest, outcome=stopped), ()
+        solution, remarks = start.latest.mark_stopped(stopped), ()
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
