@@ -145,8 +145,9 @@ def report_iterate(gait: "AnyGait", failure: FailureFile | None, command: SolveC
     """Print what was written of an interrupted solve, and the command that continues from it; also with ``--quiet``."""
     from gaitopt.motion.gait import BEFORE_REFINEMENT
 
-    is_solution = gait.solver.message.endswith(BEFORE_REFINEMENT)
-    what = "the solution on the last grid, which is not refined" if is_solution else "the last iterate, no solution"
+    what = "the last iterate, which is not a solution"
+    if gait.solver.message.endswith(BEFORE_REFINEMENT):
+        what = "the solution on the last grid, which is not refined"
     if failure is None or failure.path is None:
         text = f"Interrupted; no result was written{'' if failure is None else f': {failure.reason}'}"
     else:
