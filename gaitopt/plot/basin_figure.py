@@ -11,6 +11,7 @@ from gaitopt.errors import InputError
 from gaitopt.motion.quantity_labels import in_shown_unit, label_quantity
 from gaitopt.plot.branch_figure import add_titled_legend, angle_symbol_of
 from gaitopt.plot.diagram_title import describe_model
+from gaitopt.plot.legends import NO_BREAK
 from gaitopt.plot.region_map import AreaLook, draw_regions
 from gaitopt.plot.style import FigureStyle, area_color
 from gaitopt.study.basins.basin_file import basin_key, ending_labels
@@ -100,7 +101,7 @@ def plot_basin(table: "xr.Dataset", *, style: FigureStyle | None = None) -> "Fig
             handles = draw_regions(axes, (places[0], places[1]), kinds, looks, empty="not computed")
             axes.set(xlabel=shown[0], ylabel=shown[1])
         shown_handles: list[Artist] = [*handles, *_mark_gait(axes, table)]
-        axes.set_title(_describe_start(table, style.width), fontsize="small")
+        axes.set_title(_describe_start(table, style.width), fontsize="medium")
         texts = [name_ending(str(handle.get_label())) for handle in shown_handles]
         title = _describe_basin(table, style.width) * style.titled
         add_titled_legend(figure, shown_handles, texts, title, style, columns=3)
@@ -163,12 +164,11 @@ def _find_gaits(table: "xr.Dataset", names: list[str]) -> list[list[float]]:
 def _describe_start(table: "xr.Dataset", width: float) -> str:
     """Return a text with the coordinates of all starts that are not axes, and their values."""
     key = basin_key(table)
-    symbols = {name: angle_symbol_of(name).replace("_", " ") for name in key["base"]}
-    parts = [f"{symbols[name]} {value:.4g}" for name, value in key["base"].items()]
+    parts = [f"{angle_symbol_of(name)} {value:.4g}".replace(" ", NO_BREAK) for name, value in key["base"].items()]
     text = f"other coordinates [SI, rad]: {', '.join(parts)}" if parts else ""
     if "gait" in key["method"]:
         text = f"{text}; all others: near the gait" if text else "other coordinates: near the gait"
-    return textwrap.fill(text, min(LINE, int(LETTERS_PER_INCH * width)))
+    return textwrap.fill(text, min(LINE, int(LETTERS_PER_INCH * width))).replace(NO_BREAK, " ")
 
 
 def ending_looks(labels: list[str]) -> dict[str, AreaLook]:

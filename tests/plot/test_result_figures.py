@@ -400,7 +400,7 @@ def test_a_basin_states_its_robot_and_marks_its_gaits():
 
 @pytest.mark.parametrize("width", [3.5, 7.2])
 def test_the_other_coordinates_of_the_starts_of_a_basin_are_inside_the_figure_as_symbols(width):
-    starts = {"slope": 0.04, "th1": -0.14741, "foot_speed": 0.13681}
+    starts = {"slope": 0.04, "friction": 0.14, "th1": -0.14741, "foot_speed": 0.13681}
     table = basin(compass_biped(), starts, {"th1_rate": [0.5, 0.6], "th2_rate": [0.4, 0.5]})
     figure = plot_basin(table, style=FigureStyle(width=width))
     assert r"$\theta_{1}$ -0.1474" in figure.axes[0].get_title()
