@@ -105,9 +105,8 @@ def basin(
     """
     from gaitopt.cli.diagram_basin import DIAGRAM, compute_diagram_basin
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
+    from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_gait_state, read_planar_subject
     from gaitopt.simulation.engine_choice import planar_engine_named
-    from gaitopt.study.basins.basin_file import basin_key
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
     if source.suffix == DIAGRAM or branch is not None:
@@ -129,9 +128,10 @@ def basin(
             options = _options(request, steps, output, team, display.count)
             options["engine"], choice = planar_engine_named(engine), (law, gain or [], torque_limit, stance_angle)
             result = find_planar_basin(planar, choice, axes, base, **options)
-            warn_outside(axes, basin_key(result)["method"]["gait"], hidden=json or quiet)
     used = subject.engine if planar is None else planar_engine_named(engine)
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
+    if planar is not None:
+        warn_outside(axes, read_gait_state(result), hidden=json or quiet)
     _report(result, (used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
         exit_incomplete("basin", output)

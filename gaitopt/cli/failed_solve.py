@@ -145,14 +145,18 @@ def report_iterate(gait: "AnyGait", failure: FailureFile | None, command: SolveC
     """Print what was written of an interrupted solve, and the command that continues from it; also with ``--quiet``."""
     from gaitopt.motion.gait import BEFORE_REFINEMENT
 
-    what = "the last iterate, which is not a solution"
-    if gait.solver.message.endswith(BEFORE_REFINEMENT):
-        what = "the solution on the last grid, which is not refined"
     if failure is None or failure.path is None:
         text = f"Interrupted; no result was written{'' if failure is None else f': {failure.reason}'}"
     else:
-        iterate = f"wrote {failure.path} with {what}"
-        text = f"Interrupted; {iterate}. To continue from it: {command.continue_from(failure.path)}"
+        proceed = command.continue_from(failure.path)
+        if gait.solver.message.endswith(BEFORE_REFINEMENT):
+            text = f"the solution on the last grid, which is not refined. To continue from it: {proceed}"
+        else:
+            text = (
+                f"the last iterate, which is not a solution. A new solve is usually the better choice; to start from "
+                f"the iterate: {proceed}"
+            )
+        text = f"Interrupted; wrote {failure.path} with {text}"
     (err if out.quiet else out).print(text, soft_wrap=True)
 
 

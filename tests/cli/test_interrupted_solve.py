@@ -44,7 +44,8 @@ def test_the_iterate_is_stored_and_continued_from(command, interrupted_solve, ro
     assert [path.name for path in folder.iterdir()] == ["compass_stick_interrupted.h5"]
     stated = shlex.join(["gaitopt", "solve", str(source), *PROBLEM, "--guess", "compass_stick_interrupted.h5"])
     text = "Interrupted; wrote compass_stick_interrupted.h5 with the last iterate, which is not a solution."
-    assert run.out.endswith(f"{text} To continue from it: {stated}\n")
+    advice = "A new solve is usually the better choice; to start from the iterate:"
+    assert run.out.endswith(f"{text} {advice} {stated}\n")
     assert load("compass_stick_interrupted.h5").status.key == "interrupted"
     assert command("show", "compass_stick_interrupted.h5", "--json").json["status"] == "interrupted"
     again = command(*shlex.split(stated)[1:])

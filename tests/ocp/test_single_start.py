@@ -22,8 +22,9 @@ from gaitopt import (
     verify,
 )
 from gaitopt.lazy import Deferred
-from gaitopt.ocp.solution import single_start
+from gaitopt.ocp.solution import single_start, start_selection
 from gaitopt.ocp.solution.grid_solve import SingleStart
+from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import approach_through_coarse_grids, refine_mesh
 from gaitopt.ocp.solution.single_start import solve_from_start
 from gaitopt.ocp.solution.start_selection import solve_from_starts
@@ -253,3 +254,22 @@ def test_an_interrupt_between_two_grids_keeps_the_solution_on_the_last_one(refer
     monkeypatch.setattr(single_start, "approach_through_coarse_grids", interrupt)
     with pytest.raises(KeyboardInterrupt):  # there is no solution yet
         solve(problem, starts=1)
+
+
+@pytest.mark.parametrize("module", [single_start, start_selection])
+def test_an_interrupt_on_the_coarsest_grid_keeps_its_solution(reference_problem, monkeypatch, module):
+    problem, coarse = reference_problem(objective="torque_squared"), []
+    solve_coarsest_grid = start_selection.solve_coarsest_grid
+
+    def interrupt(start):
+        coarse.append(solve_coarsest_grid(start))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "solve_coarsest_grid", interrupt)
+    if module is start_selection:
+        gait = solve(problem, starts=3)
+    else:
+        gait = solve_from_start(problem, LinearGuess(), Newton(), silent, plans=InaccuratePlans())
+    assert gait.status is Status.INTERRUPTED
+    assert coarse
+    assert gait.solver.objective == pytest.approx(coarse[-1].outcome.objective, rel=1e-9)

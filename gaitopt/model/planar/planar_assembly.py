@@ -96,7 +96,7 @@ def assemble_planar(
     springs = [force for force in forces if isinstance(force, SwitchedSpring)]
     for spring in springs:
         _require_contact(name, "A switched spring", spring.contact, contacts)
-    _check_links(name, places, drawing.lines)
+    _check_links(name, {**places, **_list_feet(contacts)}, drawing.lines)
     symbols = ca.vertcat(*[ca.SX.sym(f"extended_{k}") for k in range(len(springs))]) if springs else ca.SX(0, 1)
     switched = [Potential(spring.energy(symbols[k])) for k, spring in enumerate(springs)]
     every = [*switched, *(force for force in forces if not isinstance(force, SwitchedSpring))]
@@ -125,12 +125,17 @@ def assemble_planar(
     )
 
 
+def _list_feet(contacts: Mapping[str, AnyContact]) -> dict[str, ca.SX]:
+    """Return the points of the contacts with the ground."""
+    return {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
+
+
 def _choose_points(bodies: Sequence[Body], contacts: Mapping[str, AnyContact], drawing: Drawing) -> dict[str, ca.SX]:
     """Return the points of a drawing with the contacts to which its links refer.
 
     Without points, those of the contacts and, without links, of the bodies, which show the size of the robot.
     """
-    feet = {label: part.point for label, part in contacts.items() if isinstance(part, Contact)}
+    feet = _list_feet(contacts)
     if drawing.points:
         linked = {name for pair in drawing.lines for name in pair}
         return {**drawing.points, **{name: feet[name] for name in feet if name in linked - set(drawing.points)}}

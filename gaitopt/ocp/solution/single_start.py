@@ -58,8 +58,13 @@ def solve_from_start(
     start = SingleStart(problem, guess, solver, observer, cold_solver)
     if plans is None or not guess.needs_coarse_grids or guess.solution_for(problem.sequence) is not None:
         return complete_solve(start)
-    coarsest = solve_coarsest_grid(start)
-    known = plans.find(coarsest)
+    try:
+        coarsest = solve_coarsest_grid(start)
+        known = plans.find(coarsest)
+    except KeyboardInterrupt:
+        if start.latest is None:
+            raise
+        return complete_solve(start, mark_interrupted(start.latest))
     if known is not None:
         return known
     gait = complete_solve(start, coarsest)
@@ -78,8 +83,7 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
     except KeyboardInterrupt:
         if start.latest is None:
             raise
-        stopped = replace(start.latest.outcome, status=Status.INTERRUPTED, message="User_Requested_Stop")
-        solution, remarks = start.latest.mark_stopped(stopped), ()
+        solution, remarks = mark_interrupted(start.latest), ()
     if solution.outcome.status.ok:
         solution = solution.place_parameters_on_bounds()
     transcription, outcome = solution.transcription, solution.outcome
@@ -96,6 +100,12 @@ def complete_solve(start: SingleStart, coarsest: GridSolution | None = None) -> 
         cost_error=cost_error(start, solution),
     )
     return gait.replace_fields(solver=report, solution=known)
+
+
+def mark_interrupted(solution: GridSolution) -> GridSolution:
+    """Return the solution that remains after an interrupt between two solves."""
+    stopped = replace(solution.outcome, status=Status.INTERRUPTED, message="User_Requested_Stop")
+    return solution.mark_stopped(stopped)
 
 
 def assemble_gait(solution: GridSolution, details: dict[str, object], remarks: tuple[str, ...] = ()) -> Gait:

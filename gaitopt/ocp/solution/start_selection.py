@@ -19,7 +19,7 @@ from gaitopt.ocp.problem import GaitProblem
 from gaitopt.ocp.solution.grid_solve import GridSolution, SingleStart
 from gaitopt.ocp.solution.inaccurate_plans import InaccuratePlans
 from gaitopt.ocp.solution.mesh_refinement import NEGLIGIBLE, find_coarsest_grid, solve_coarsest_grid
-from gaitopt.ocp.solution.single_start import complete_solve
+from gaitopt.ocp.solution.single_start import complete_solve, mark_interrupted
 from gaitopt.ocp.statement.criteria import TorqueSquared
 from gaitopt.ocp.statement.initial_guess import DelayedSwing, Guess, LinearGuess, RandomPerturbation
 from gaitopt.ocp.statement.warm_start import FromMotion
@@ -155,12 +155,26 @@ class _Starts:
         if isinstance(first, Guess) and (len(starts) == 1 or not self._needs_coarse_grids(first)):
             gaits.append(complete_solve(self._start(first)))
             starts = starts[1:] if gaits[0].status.ok else []
-        interrupt = self._solve_coarsest_grids(starts)
+        try:
+            interrupt = self._solve_coarsest_grids(starts)
+        except KeyboardInterrupt:  # between two solves
+            interrupt = self._find_latest()
+            if interrupt is None:
+                raise
         if self._coarse:
             gaits += self._refine_best(interrupt)
         elif interrupt is not None:
             gaits.append(self._interrupt_before_first_start(interrupt))
         return self._report_totals(gaits)
+
+    def _find_latest(self) -> GridSolution | None:
+        """Return the last solution on a coarsest grid as an interrupted one; None if there is none."""
+        for start in reversed(self._all):
+            if start.problem is self._problem and start.latest is not None:
+                if all(start is not each for each, _ in self._coarse):
+                    self._coarse.append((start, start.latest))
+                return mark_interrupted(start.latest)
+        return None
 
     def _interrupt_before_first_start(self, interrupt: GridSolution) -> Gait:
         """Return the line as a gait, if a neighbouring problem was interrupted before the first start."""
