@@ -151,6 +151,8 @@ def report_iterate(gait: "AnyGait", failure: FailureFile | None, command: SolveC
         proceed = command.continue_from(failure.path)
         if gait.solver.message.endswith(BEFORE_REFINEMENT):
             text = f"the solution on the last grid, which is not refined. To continue from it: {proceed}"
+        elif gait.solver.message.endswith("the best feasible one"):
+            text = f"{gait.solver.message.partition('; the result is ')[2]}. To continue from it: {proceed}"
         else:
             text = (
                 f"the last iterate, which is not a solution. A new solve is usually the better choice; to start from "

@@ -1,5 +1,6 @@
 """The iterate of an interrupted solve is stored, and the stated command continues from it."""
 
+import re
 import shlex
 
 import pytest
@@ -90,3 +91,11 @@ def test_the_solution_before_a_refinement_is_named(command, interrupted_solve, r
     run = interrupted_solve(root / "problems/monopod.py", iteration=35)
     assert run.status == 130
     assert "with the solution on the last grid, which is not refined. To continue from it: gaitopt solve" in run.out
+
+
+def test_the_best_feasible_iterate_is_named(command, interrupted_solve, root, folder):
+    run = interrupted_solve(root / "problems/compass_stick.py", *PROBLEM, iteration=15)
+    assert run.status == 130
+    message = re.search(r"User_Requested_Stop; the result is (iterate \d+, the best feasible one)", run.out)
+    text = "Interrupted; wrote compass_stick_interrupted.h5 with"
+    assert f"{text} {message.group(1)}. To continue from it: gaitopt solve" in run.out

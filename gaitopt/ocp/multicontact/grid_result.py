@@ -172,7 +172,7 @@ class GridResult:
 
     def mark_interrupted(self, message: str) -> "GridResult":
         """Return the solution with the status of an interrupted solve, and the message of its last solve."""
-        text = f"{message}; {BEFORE_REFINEMENT}"
+        text = f"{message.partition('; ')[0]}; {BEFORE_REFINEMENT}"
         return replace(self, outcome=replace(self.outcome, status=Status.INTERRUPTED, message=text))
 
     @property

@@ -189,7 +189,7 @@ class GridSolution:
 
     def mark_stopped(self, refinement: NlpResult) -> "GridSolution":
         """Return the solution with the status of a refinement that was stopped without a result."""
-        message = f"{refinement.message}; {BEFORE_REFINEMENT}"
+        message = f"{refinement.message.partition('; ')[0]}; {BEFORE_REFINEMENT}"  # not which of its iterates is best
         return replace(self, outcome=replace(self.outcome, status=refinement.status, message=message), kept=True)
 
     def check_finite(self) -> "GridSolution":
