@@ -25,7 +25,7 @@ from gaitopt.cli.options import (
     Verbose,
     Workers,
 )
-from gaitopt.cli.output import err, exit_incomplete, print_json, report_file
+from gaitopt.cli.output import err, exit_incomplete, out, print_json, report_file
 from gaitopt.cli.progress_display import show_progress
 from gaitopt.cli.settings import read_numbers
 from gaitopt.cli.workers import WorkerOptions, worker_options
@@ -105,7 +105,7 @@ def basin(
     """
     from gaitopt.cli.diagram_basin import DIAGRAM, compute_diagram_basin
     from gaitopt.cli.inputs import Request
-    from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_gait_state, read_planar_subject
+    from gaitopt.cli.planar_basin import compute_gait_share, find_planar_basin, read_planar_subject
     from gaitopt.simulation.engine_choice import planar_engine_named
 
     began, feedback = time.perf_counter(), find_feedback(law, gain, torque_limit, stance_angle)
@@ -130,8 +130,6 @@ def basin(
             result = find_planar_basin(planar, choice, axes, base, **options)
     used = subject.engine if planar is None else planar_engine_named(engine)
     share = _share_of_gait(request, subject, result) if planar is None else compute_gait_share(result, planar)
-    if planar is not None:
-        warn_outside(axes, read_gait_state(result), hidden=json or quiet)
     _report(result, (used, share), output, json=json, seconds=time.perf_counter() - began)
     if not result.attrs["complete"]:
         exit_incomplete("basin", output)
@@ -147,11 +145,14 @@ def _report(
 ) -> None:
     """Print a basin, with its engine and the share of a saved gait, as a table or as JSON."""
     from gaitopt.cli.walk_output import basin_facts, print_basin
+    from gaitopt.study.basins.basin_file import basin_key
 
     if json:
         print_json(basin_facts(table, *used) | {"file": path and str(path), "seconds": seconds})
         return
     print_basin(table, *used)
+    gait = basin_key(table)["method"].get("gait", {})  # of a robot with several contacts
+    warn_outside({str(name): table[name].values for name in table.ending.dims}, gait, hidden=out.quiet)
     if path is not None and table.attrs["complete"]:
         report_file(path)
 

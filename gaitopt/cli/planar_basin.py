@@ -60,13 +60,6 @@ def find_planar_basin(
     return basin(subject, base, axes, law=chosen, **options)
 
 
-def read_gait_state(table: "xr.Dataset") -> dict[str, float]:
-    """Return the state of the periodic gait near which the starts of a basin are."""
-    from gaitopt.study.basins.basin_file import basin_key
-
-    return dict(basin_key(table)["method"]["gait"])
-
-
 def compute_gait_share(table: "xr.Dataset", subject: "PlanarWalkProblem | PlanarGait") -> float | None:
     """Return the share of the starts that end in a saved gait; None for a script, or if parameters vary."""
     from gaitopt.motion.planar_gait import PlanarGait
