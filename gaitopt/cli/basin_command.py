@@ -152,7 +152,7 @@ def _report(
         return
     print_basin(table, *used)
     gait = basin_key(table)["method"].get("gait", {})  # of a robot with several contacts
-    warn_outside({str(name): table[name].values for name in table.ending.dims}, gait, hidden=out.quiet)
+    _warn_outside({str(name): table[name].values for name in table.ending.dims}, gait, hidden=out.quiet)
     if path is not None and table.attrs["complete"]:
         report_file(path)
 
@@ -175,11 +175,11 @@ def _basin_inputs(
     base = _read_start(state, axes)
     if subject.cycle is not None:
         base = choose_start(subject.robot, subject.robot.vector(subject.parameters), base, subject.cycle)
-        warn_outside(axes, subject.cycle.state, hidden=hidden)
+        _warn_outside(axes, subject.cycle.state, hidden=hidden)
     return subject, axes, {name: value for name, value in base.items() if name not in axes}
 
 
-def warn_outside(axes: "Mapping[str, Array]", state: Mapping[str, float], *, hidden: bool) -> None:
+def _warn_outside(axes: "Mapping[str, Array]", state: Mapping[str, float], *, hidden: bool) -> None:
     """Print a warning if a periodic gait is outside the axes of a basin, with its state [SI, rad]."""
     outside = [name for name, values in axes.items() if name in state and not min(values) <= state[name] <= max(values)]
     if outside and not hidden:

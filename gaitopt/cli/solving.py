@@ -79,8 +79,8 @@ def solve(
 
     If no gait is found, SCRIPT_failed.h5 (with -o FILE.h5: FILE_failed.h5) is written, which contains robot and
     problem: gaitopt solve SCRIPT_failed.h5 repeats the solve without the script.  For a robot with several contacts,
-    remedies are first tested by further solves.  After Ctrl-C, SCRIPT_interrupted.h5 contains the last iterate, from
-    which --guess continues.
+    remedies are first tested by further solves.  After Ctrl-C, SCRIPT_interrupted.h5 contains the solution on
+    the last grid, from which --guess continues, or an iterate.
 
     Exit status 0 for a solved and verified gait, 1 if none was found, 2 for invalid input, 130 after an interrupt.
 

@@ -8,6 +8,9 @@ import casadi as ca
 from gaitopt.errors import InputError
 from gaitopt.parameters import Parameter, as_vector
 
+NONNEGATIVE_OPERATIONS = (ca.OP_ADD, ca.OP_MUL, ca.OP_SQ, ca.OP_TWICE, ca.OP_OUTPUT)
+"""Operations of CasADi whose results are finite and not negative if their operands are."""
+
 
 def derive_inertias(
     robot: str, scalars: Mapping[str, ca.SX | float], symbols: ca.SX, parameters: Sequence[Parameter]
@@ -26,8 +29,9 @@ def derive_inertias(
     Returns
     -------
     Function or None
-        One output for each mass or inertia that is an expression of parameters, such as ``mass_of_body_2``.  An inertia
-        that depends on coordinates is checked with the mass matrix; a parameter with a lower bound is checked with it.
+        One output for each mass or inertia that is an expression of parameters, such as ``mass_of_body_2``, unless sums
+        and products of nonnegative parameters are its only operations.  An inertia that depends on coordinates is
+        checked with the mass matrix.
 
     Raises
     ------
@@ -43,9 +47,6 @@ def derive_inertias(
     ['mass_of_body_2']
     >>> derive_inertias("mule", {"mass of body 1": leg_mass}, leg_mass, [leg])
     """
-    bounded = {
-        symbol.element_hash() for symbol, each in zip(symbols.elements(), parameters, strict=True) if each.lower >= 0
-    }
     known = {symbol.element_hash() for symbol in symbols.elements()}
     free = {}
     for label, value in scalars.items():
@@ -55,14 +56,33 @@ def derive_inertias(
         used = {symbol.element_hash() for symbol in ca.symvar(expression)}
         if not used <= known and label.startswith("mass of"):
             raise InputError(f"Robot {robot!r}: {label} must not depend on coordinates.")
-        if used <= known and not (expression.is_symbolic() and used <= bounded):
+        if used <= known:
             free[label.replace(" ", "_")] = expression
+    free = {name: each for name, each in free.items() if not _is_nonnegative(each, symbols, parameters)}
     if not free:
         return None
     inertias = ca.Function("inertias", [symbols], list(free.values()), ["p"], list(free))
     defaults = {parameter.name: parameter.default for parameter in parameters}
     check_inertias(robot, inertias, parameters, defaults, "with the default parameters")
     return inertias
+
+
+def _is_nonnegative(expression: ca.SX, symbols: ca.SX, parameters: Sequence[Parameter]) -> bool:
+    """Return whether an expression has sums and products of nonnegative parameters and numbers only, or fractions."""
+    steps, numbers = ca.Function("steps", [symbols], [expression]), set[int]()
+    for step in range(steps.n_instructions()):
+        operation, operands = steps.instruction_id(step), steps.instruction_input(step)
+        if operation == ca.OP_CONST:
+            valid = steps.instruction_constant(step) >= 0
+        elif operation == ca.OP_INPUT:
+            valid = parameters[operands[1]].lower >= 0
+        else:
+            valid = operation in NONNEGATIVE_OPERATIONS or (operation == ca.OP_DIV and operands[1] in numbers)
+        if not valid:
+            return False
+        results = set(steps.instruction_output(step))  # places whose former contents are replaced
+        numbers = numbers | results if operation == ca.OP_CONST else numbers - results
+    return True
 
 
 def check_inertias(

@@ -108,7 +108,9 @@ def test_masses_that_are_parameters_are_checked_by_their_bounds():
     def assemble_rod(mass):
         return assemble("rod", c, bodies=[PointMass(mass, tip)], step=step, actuators={"ankle": angle})
 
-    assert assemble_rod(c.parameter("leg_mass")).inertias is None
+    leg = c.parameter("leg_mass")
+    assert all(assemble_rod(mass).inertias is None for mass in (leg, 2 * leg + leg**2 / 12))
+    assert all(assemble_rod(mass).inertias is not None for mass in (9 - leg, leg - 1, leg * (-leg) + 99, 2 / leg))
     with pytest.raises(InputError, match="leg_mass must be at least 0"):
         assemble_rod(c.parameter("leg_mass")).resolve({"leg_mass": -1})
     with pytest.raises(InputError, match=r"mass of body 1 must not be negative \[kg\], got -1 for m_hip = -1 kg"):
